@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files that appear whole or not at all, and where the program's data lies.
+#pragma once
+
+#include <string>
+
+namespace triad {
+
+// A name beside `path`, in the same folder and with the same extension, to write to before the rename.
+// The destructor removes the temporary file unless commit() was called. Ctrl-C ends long loops through
+// check_cancel(), an exception, and so leaves nothing half-written.
+//
+// Throws Error(kInput) when the folder is missing or cannot be written to, or when `path` is a folder.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::string path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  const std::string& path() const { return path_; }
+  const std::string& temporary() const { return temporary_; }
+  // Renames the temporary file to path(). Throws Error(kInput) with the system's reason.
+  void commit();
+
+ private:
+  std::string path_, temporary_;
+  bool committed_ = false;
+};
+
+// Writes text atomically; "-" is standard output.
+void write_text_file(const std::string& path, const std::string& text);
+// The whole file. Throws Error(kInput).
+std::string read_text_file(const std::string& path);
+
+// Where layouts, colour configuration, chains and scenes lie: $TRIAD_DATA, else beside the installed
+// library, else the source tree this library was built from. Throws Error(kInput) if there is none.
+std::string data_folder();
+// Where the bundled plugins lie: beside the installed library, else the build tree.
+std::string plugin_folder();
+
+// Asks every long loop to stop; async-signal-safe.
+void request_cancel() noexcept;
+bool cancel_requested() noexcept;
+// Throws Error(kCancelled) once request_cancel() was called.
+void check_cancel();
+
+}  // namespace triad
