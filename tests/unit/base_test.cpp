@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <clocale>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <triad/base/error.hpp>
@@ -41,7 +42,9 @@ TEST(Text, ParsesWholeNumbersOnly) {
 TEST(Text, ParsesNumbersInAnyLocale) {
   const std::string before = std::setlocale(LC_ALL, nullptr);
   for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8"})
-    if (std::setlocale(LC_ALL, name)) EXPECT_EQ(parse_double("1.5"), 1.5);
+    if (std::setlocale(LC_ALL, name)) {
+      EXPECT_EQ(parse_double("1.5"), 1.5);
+    }
   std::setlocale(LC_ALL, before.c_str());
 }
 
