@@ -52,7 +52,7 @@ TEST(Text, SuggestsTheNearestName) {
   const std::vector<std::string> names{"platt", "box", "crop", "subpixel"};
   EXPECT_EQ(triad::nearest_name("plat", names), "platt");
   EXPECT_EQ(triad::nearest_name("sub-pixel", names), "subpixel");
-  EXPECT_EQ(triad::nearest_name("copr", names), "crop");
+  EXPECT_EQ(triad::nearest_name("corp", names), "crop");
   EXPECT_EQ(triad::nearest_name("gaussian", names), std::nullopt);
   EXPECT_EQ(triad::nearest_name("", names), std::nullopt);
 }
