@@ -87,6 +87,15 @@ void check_png(const std::string& path) {
   check_size(path, width, height, kSamples[colour]);
   const double row_bytes = 1 + std::floor((static_cast<double>(width) * kSamples[colour] * bits + 7) / 8);
   check_length(path, in.size(), row_bytes * height, kDeflateRatio);
+  // From here on only lengths are looked at: libpng would print its complaint about a cut file by itself.
+  in.skip(7);
+  for (;;) {
+    const uint32_t chunk = in.big32();
+    in.read(type, 4);
+    if (chunk > 0x7fffffff || in.size() - in.position() < uint64_t{chunk} + 4) refuse(path, "it is cut short");
+    if (std::memcmp(type, "IEND", 4) == 0) return;
+    in.skip(uint64_t{chunk} + 4);
+  }
 }
 
 void check_jpeg(const std::string& path) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
 #include <triad/image/internal/file_check.hpp>
@@ -63,8 +64,9 @@ class OiioReader final : public ImageReader {
   void choose_part(const std::string& wanted, const std::string& format) {
     int chosen = -1;
     std::vector<std::string> names;
-    constexpr int kMostParts = 10000;
-    for (int part = 0; part < kMostParts; ++part) {
+    // Only these two have parts of equal standing; GIF's and WebP's are frames that must be decoded in order.
+    const int most_parts = format == "openexr" || format == "tiff" ? 10000 : 1;
+    for (int part = 0; part < most_parts; ++part) {
       const OIIO::ImageSpec spec = input_->spec(part, 0);
       if (spec.undefined()) break;
       PartInfo about;
@@ -124,6 +126,11 @@ class OiioReader final : public ImageReader {
       last_ = std::max(last_, unassociated_ + 1);
     }
     pixel_bytes_ = native_.pixel_bytes(first_, last_, true);
+    const int64_t tile = std::max(1, native_.tile_width);
+    const int64_t padded = (native_.width + tile - 1) / tile * tile;
+    if (padded > std::numeric_limits<int>::max()) fail(path_, "its tiles are absurd", "");
+    row_pixels_ = static_cast<int>(padded);
+    row_bytes_ = pixel_bytes_ * static_cast<size_t>(row_pixels_);
     for (int c = first_; c < last_; ++c)
       offsets_.push_back(c == first_ ? 0 : offsets_.back() + native_.channelformat(c - 1).size());
   }
@@ -134,19 +141,21 @@ class OiioReader final : public ImageReader {
   void decode(int data_line, int wanted_end) {
     constexpr int64_t kBuffer = 4 << 20;  // bytes; enough for several blocks to be decoded in parallel
     const int64_t block = block_rows_;
-    const int64_t row_bytes = static_cast<int64_t>(pixel_bytes_) * native_.width;
     const int64_t begin = data_line / block * block;
     const int64_t blocks_wanted = (wanted_end - begin + block - 1) / block;
-    const int64_t blocks_fitting = std::max<int64_t>(1, kBuffer / std::max<int64_t>(1, row_bytes * block));
+    const int64_t blocks_fitting = std::max<int64_t>(1, kBuffer / static_cast<int64_t>(row_bytes_) * block);
     const int64_t end = std::min<int64_t>(native_.height, begin + std::min(blocks_wanted, blocks_fitting) * block);
     cached_begin_ = cached_end_ = 0;
-    buffer_.resize(static_cast<size_t>((end - begin) * row_bytes));
-    const int y0 = native_.y + static_cast<int>(begin), y1 = native_.y + static_cast<int>(end);
+    // Whole tiles, also where they reach past the picture: asked for less, the EXR decoder of OpenImageIO 2.4
+    // writes past the end of the buffer.
+    const int64_t rows = native_.tile_width > 0 ? (end - begin + block - 1) / block * block : end - begin;
+    buffer_.resize(static_cast<size_t>(rows) * row_bytes_);
+    const int y0 = native_.y + static_cast<int>(begin), y1 = native_.y + static_cast<int>(begin + rows);
     bool ok = false;
     std::string thrown;
     try {
       ok = native_.tile_width > 0
-               ? input_->read_native_tiles(part_, 0, native_.x, native_.x + native_.width, y0, y1, native_.z,
+               ? input_->read_native_tiles(part_, 0, native_.x, native_.x + row_pixels_, y0, y1, native_.z,
                                            native_.z + 1, first_, last_, buffer_.data())
                : input_->read_native_scanlines(part_, 0, y0, y1, native_.z, first_, last_, buffer_.data());
     } catch (const std::exception& error) {
@@ -170,8 +179,7 @@ class OiioReader final : public ImageReader {
     }
     std::fill_n(row, static_cast<size_t>(x0) * channels, 0.f);
     std::fill_n(row + x1 * channels, static_cast<size_t>(spec_.width - x1) * channels, 0.f);
-    const std::byte* in = buffer_.data() +
-                          static_cast<size_t>(data_line - cached_begin_) * pixel_bytes_ * native_.width +
+    const std::byte* in = buffer_.data() + static_cast<size_t>(data_line - cached_begin_) * row_bytes_ +
                           static_cast<size_t>(x0 - info_.data_x) * pixel_bytes_;
     float* out = row + x0 * channels;
     const size_t count = static_cast<size_t>(x1 - x0);
@@ -219,6 +227,8 @@ class OiioReader final : public ImageReader {
   int unassociated_ = -1;        // file channel to multiply colour by, or -1
   std::vector<size_t> offsets_;  // bytes from a pixel's start, of channels first_ ... last_
   size_t pixel_bytes_ = 0;       // of those channels
+  int row_pixels_ = 0;           // in buffer_: the data window's width, or that of its row of whole tiles
+  size_t row_bytes_ = 0;
   std::vector<std::byte> buffer_;
   int cached_begin_ = 0, cached_end_ = 0;  // the rows of the data window that buffer_ holds
   mutable std::vector<float> alpha_row_;

@@ -35,15 +35,14 @@ const Format* find_format(const std::string& extension) {
   static const Format hdr{"hdr", true, kFloat, {}, false};
   static const Format bmp{"bmp", false, kUint8, {}, false};
   static const Format targa{"targa", false, kUint8, {}, true, true};
-  static const Format webp{"webp", false, kUint8, {}, true, true};
   static const Format pfm{"pnm", true, kFloat, {}, false};
   static const Format pnm{"pnm", false, kUint8, {kUint16}, false};
   static const struct {
     const char* extension;
     const Format* format;
   } kTable[] = {{"exr", &exr},   {"tif", &tiff}, {"tiff", &tiff}, {"png", &png},   {"jpg", &jpeg},
-                {"jpeg", &jpeg}, {"hdr", &hdr},  {"bmp", &bmp},   {"tga", &targa}, {"webp", &webp},
-                {"pfm", &pfm},   {"ppm", &pnm},  {"pgm", &pnm},   {"rgbe", &hdr}};
+                {"jpeg", &jpeg}, {"hdr", &hdr},  {"bmp", &bmp},   {"tga", &targa}, {"pfm", &pfm},
+                {"ppm", &pnm},   {"pgm", &pnm},  {"rgbe", &hdr}};
   for (const auto& row : kTable)
     if (extension == row.extension) return row.format;
   return nullptr;
@@ -55,7 +54,7 @@ const Format& require_format(const std::string& path) {
   if (!format)
     throw_usage("cannot write '" + path + "': " +
                 (extension.empty() ? "it has no extension" : "the extension '" + extension + "' is not known") +
-                "; use one of exr, tif, png, jpg, hdr, pfm, bmp, tga, webp, ppm, pgm");
+                "; use one of exr, tif, png, jpg, hdr, pfm, bmp, tga, ppm, pgm");
   return *format;
 }
 
@@ -102,7 +101,7 @@ void check_channels(const std::string& path, const Format& format, const ImageSp
   if (spec.alpha >= 0 && !format.alpha)
     fail(path, "this format has no alpha channel, and the picture is " + spec.size_text() +
                    "; choose channels without it, e.g. --channels R,G,B");
-  const bool grey = format.name != "hdr" && format.name != "webp";
+  const bool grey = format.name != "hdr";
   if (colour != 3 && !(colour == 1 && grey))
     fail(path, std::string("this format holds ") + (grey ? "grey or RGB" : "RGB") + ", and the picture is " +
                    spec.size_text() + "; choose channels with --channels");
@@ -221,8 +220,7 @@ class OiioWriter final : public ImageWriter {
   }
 
   ~OiioWriter() override {
-    // An encoder that is given up half-way may write its trailer, so it goes before its file does.
-    output_.reset();
+    if (!committed_ && format_.name == "png") begin_png_data();
   }
 
   void write_rows(int y0, int y1, const float* pixels, size_t row_stride) override {
@@ -249,12 +247,25 @@ class OiioWriter final : public ImageWriter {
       thrown = error.what();
     }
     proxy_.finish();
-    if (!closed || proxy_.error_number() != 0 || output_->has_error())
-      raise(thrown.empty() ? output_->geterror() : thrown);
+    // Not has_error(): the TIFF encoder always says that it could not store camera data, of which there is none.
+    if (!closed || proxy_.error_number() != 0) raise(thrown.empty() ? output_->geterror() : thrown);
     file_.commit();
+    committed_ = true;
   }
 
  private:
+  // Given up before its first compressed byte, libpng jumps to where it was set up long ago, and hangs. Noise
+  // makes it write some bytes at once, into the temporary file.
+  void begin_png_data() noexcept try {
+    uint32_t random = 1;
+    for (auto& byte : group_) byte = static_cast<std::byte>((random = random * 1664525 + 1013904223) >> 24);
+    const size_t before = proxy_.size();
+    for (int y = group_begin_; y < spec_.height && proxy_.size() == before; ++y)
+      output_->write_scanline(y, 0, stored_type(depth_), group_.data());
+  } catch (const std::exception&) {
+    // Only an allocation can fail here, and then there is nothing better to do.
+  }
+
   // Encoders get the same groups of rows however the caller cuts the picture, because some of them compress
   // whole groups differently from single rows.
   static constexpr int kGroupRows = 64;
@@ -329,6 +340,7 @@ class OiioWriter final : public ImageWriter {
   std::vector<std::byte> group_;
   std::vector<float> scratch_;
   int group_begin_ = 0, next_ = 0;
+  bool committed_ = false;
 };
 
 }  // namespace
