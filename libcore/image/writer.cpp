@@ -131,12 +131,21 @@ void set_pixel_aspect(OIIO::ImageSpec& spec, const std::string& format, double a
   spec.attribute("ResolutionUnit", "none");
 }
 
+// Camera data lie in a directory of their own in a TIFF, and to write one libtiff reads back what it wrote, which
+// OpenImageIO's proxies cannot do for it: the file would be unreadable.
+bool is_lost(const Format& format, const std::string& name) {
+  return format.name == "tiff" &&
+         (name.rfind("Exif:", 0) == 0 || name.rfind("GPS:", 0) == 0 || name == "ExposureTime" || name == "FNumber");
+}
+
 OIIO::ImageSpec header(const Format& format, Depth depth, const ImageSpec& from, const WriteOptions& options) {
   OIIO::ImageSpec spec(from.width, from.height, from.channel_count(), stored_type(depth));
   spec.channelnames = stored_names(format, from);
   spec.alpha_channel = from.alpha;
-  for (const auto& attribute : from.metadata.impl().list)
-    if (!image::describes_encoding(attribute.name().string())) spec.extra_attribs.push_back(attribute);
+  for (const auto& attribute : from.metadata.impl().list) {
+    const std::string name = attribute.name().string();
+    if (!image::describes_encoding(name) && !is_lost(format, name)) spec.extra_attribs.push_back(attribute);
+  }
   // Without one, OpenImageIO writes the current time, and the same pixels would give other bytes.
   if (!spec.find_attribute("DateTime")) spec.attribute("DateTime", "");
   if (format.unassociated && from.alpha >= 0) spec.attribute("oiio:UnassociatedAlpha", 1);
@@ -147,7 +156,7 @@ OIIO::ImageSpec header(const Format& format, Depth depth, const ImageSpec& from,
     spec.attribute("triad:cells", std::to_string(from.cells.x) + "x" + std::to_string(from.cells.y));
   if (free_text && !from.colour_space.empty()) spec.attribute("triad:colour_space", from.colour_space);
   const std::string space = lower(from.colour_space);
-  if (space == "srgb" && is_integer(depth)) spec.attribute("oiio:ColorSpace", "sRGB");
+  if (space == "srgb" && format.name == "png") spec.attribute("oiio:ColorSpace", "sRGB");
   if ((space == "linear" || space == "lin_rec709") && format.name == "png") {
     spec.attribute("oiio:ColorSpace", "Linear");
     spec.attribute("oiio:Gamma", 1.f);
