@@ -21,6 +21,8 @@ void expect_refused_everywhere(const std::function<void(const std::vector<std::s
   refuse({"compare", "good.exr", "--ref", name, "-m", "error", "--csv", "out.csv"});
 }
 
+std::string by_extension(const testing::TestParamInfo<const char*>& each) { return each.param; }
+
 class BadInput : public Cli {
  protected:
   void SetUp() override {
@@ -113,8 +115,7 @@ TEST_P(BadFormat, HasAHeaderOfNoise) {
   expect_refusal({"run", "noise." + extension_, "-o", "out.exr"}, {"noise." + extension_}, limited());
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, BadFormat, testing::Values("exr", "png", "tif", "hdr", "jpg"),
-                         [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Formats, BadFormat, testing::Values("exr", "png", "tif", "hdr", "jpg"), by_extension);
 
 // Where the format can tell. (A changed byte of a TIFF or HDR pixel is just another pixel.)
 class CorruptPixels : public BadInput, public testing::WithParamInterface<const char*> {};
@@ -129,8 +130,7 @@ TEST_P(CorruptPixels, AreFound) {
   expect_refusal({"run", name, "-o", "out.exr"}, {name});
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, CorruptPixels, testing::Values("exr", "png"),
-                         [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Formats, CorruptPixels, testing::Values("exr", "png"), by_extension);
 
 class AbsurdClaim : public BadInput, public testing::WithParamInterface<const char*> {};
 
@@ -146,8 +146,7 @@ TEST_P(AbsurdClaim, IsRefusedAtOnce) {
     expect_refusal(arguments, {name}, options);
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, AbsurdClaim, testing::Values("exr", "png", "tif", "hdr"),
-                         [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Formats, AbsurdClaim, testing::Values("exr", "png", "tif", "hdr"), by_extension);
 
 TEST_F(BadInput, IsAChain) {
   expect_refusal({"run", "good.exr", "--chain", "missing.toml", "-o", "out.png"}, {"missing.toml"});

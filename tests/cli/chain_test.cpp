@@ -61,7 +61,7 @@ TEST_F(Chain, ExplainsWithoutTouchingAPixel) {
 TEST_F(Chain, RunsFramesInOneCall) {
   for (const int frame : {1, 2, 11})
     save(path("in.00" + std::string(frame < 10 ? "0" : "") + std::to_string(frame) + ".exr"),
-         constant(6, 2, {frame / 16.f, 0, 1}));
+         constant(6, 2, {static_cast<float>(frame) / 16, 0, 1}));
   expect_success({"run", "in.####.exr", "box:x=3", "-o", "out.####.exr"});
   for (const std::string frame : {"0001", "0002", "0011"}) {
     const Picture out = load(path("out." + frame + ".exr"));

@@ -119,7 +119,8 @@ Picture from_function(int width, int height, int channels, const std::function<d
 
 Picture noise(int width, int height, int channels, uint32_t seed) {
   std::mt19937 random(seed);
-  return from_function(width, height, channels, [&](int, int, int) { return random() * 0x1p-32; });
+  return from_function(width, height, channels,
+                       [&](int, int, int) { return static_cast<double>(random()) * 0x1p-32; });
 }
 
 void save(const std::string& path, const Picture& picture, const std::string& type) {
