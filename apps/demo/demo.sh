@@ -46,23 +46,26 @@ render() {
   }
 }
 
-# score WHERE TEST LABEL: one number of a report.
-score() {
-  jq -e --arg test "$2.exr" --arg label "$3" \
-    'first(.results[] | select(.test == $test and .label == $label) | .scores.rmse)' "$1.json"
+# error_of[REFERENCE METHOD LABEL]: all the numbers of the reports; one that is missing ends the script (set -u).
+declare -A error_of
+read_report() {
+  local test label rmse
+  while IFS=$'\t' read -r test label rmse; do
+    error_of["$1 ${test%.exr} $label"]=$rmse
+  done < <(jq -r '.results[] | [.test, .label, .scores.rmse] | @tsv' "$1.json")
 }
 
-# round NUMBER [DIGITS]: significant digits for people.
-round() { printf "%.${2:-3}g" "$1"; }
+# round NUMBER: for people.
+round() { printf '%.3g' "$1"; }
 
 # times A B: how the error A compares with the error B, in words.
 times() {
   local ratio
-  ratio=$(jq -n --argjson a "$1" --argjson b "$2" 'if $a < $b then $b / $a else $a / $b end')
+  ratio=$(jq -n "[$1 / $2, $2 / $1] | max | if . < 10 then . * 10 | round / 10 else round end")
   if jq -en "$1 < $2" >/dev/null; then
-    printf '%s times less than' "$(round "$ratio" 2)"
+    printf '%s times less than' "$ratio"
   else
-    printf '%s times more than' "$(round "$ratio" 2)"
+    printf '%s times more than' "$ratio"
   fi
 }
 
@@ -71,7 +74,7 @@ cd -- "$out"
 
 printf 'Rendering strokes.pov with POV-Ray: 400x225, 1200x225, 4800x2700\n'
 render control 400 225
-declare -A seconds=([control]=$elapsed_s)
+declare -A render_s=([control]=$elapsed_s) filter_s=([control]=0)
 render wide 1200 225
 wide_s=$elapsed_s
 render truth 4800 2700
@@ -83,7 +86,8 @@ printf 'Making the pictures\n'
 "$triad" run control.exr -o control.png
 for method in "${methods[@]:1}"; do
   timed "$triad" run wide.exr --cells 3x1 "${stage[$method]}" -o "$method.exr" --depth float
-  seconds[$method]=$(jq -n "$wide_s + $elapsed_s")
+  render_s[$method]=$wide_s
+  filter_s[$method]=$elapsed_s
   "$triad" run "$method.exr" -o "$method.png"
 done
 
@@ -94,8 +98,10 @@ pictures=("${methods[@]/%/.exr}")
 for reference in wide truth-wide; do
   "$triad" compare "${pictures[@]}" --ref "$reference.exr" --ref-cells 3x1 \
     -m "display:$judge,range=clip@shown" -m "display:$judge,range=unbounded@asked" --json "$reference.json" >/dev/null
+  read_report "$reference"
 done
 "$triad" compare "${pictures[@]}" --ref truth-pixels.exr -m error@plain --json truth-pixels.json >/dev/null
+read_report truth-pixels
 
 povray "+I$top/data/scenes/comparison.pov" -D -V -A -J +W1824 +H1096 +FN8 +Ocomparison.png >povray.log 2>&1 || {
   cat povray.log >&2
@@ -103,38 +109,48 @@ povray "+I$top/data/scenes/comparison.pov" -D -V -A -J +W1824 +H1096 +FN8 +Ocomp
 }
 rm -f povray.log
 
-printf '\n%-31s %8s | %21s | %21s | %9s\n' '' '' 'against the wide' 'against the truth' 'RMSE, to'
-printf '%-31s %8s | %10s %10s | %10s %10s | %9s\n' 'error seen at 40 ppd' 'seconds' 'shown' 'unbounded' 'shown' \
-  'unbounded' 'its pixels'
-printf '%s\n' '-----------------------------------------+-----------------------+-----------------------+-----------'
+printf '\n%-31s %13s | %19s | %19s | %9s\n' '' 'seconds' 'against the wide' 'against the truth' 'RMSE, to'
+printf '%-31s %6s %6s | %9s %9s | %9s %9s | %9s\n' 'error seen at 40 ppd' render filter shown unbounded shown \
+  unbounded 'its pixels'
+printf '%s\n' '---------------------------------------------+---------------------+---------------------+-----------'
 for method in "${methods[@]}"; do
-  printf '%-31s %8.3f | %10.5f %10.5f | %10.5f %10.5f | %9.5f\n' "${title[$method]}" "${seconds[$method]}" \
-    "$(score wide "$method" shown)" "$(score wide "$method" asked)" \
-    "$(score truth-wide "$method" shown)" "$(score truth-wide "$method" asked)" \
-    "$(score truth-pixels "$method" plain)"
+  printf '%-31s %6.3f %6.3f | %9.5f %9.5f | %9.5f %9.5f | %9.5f\n' "${title[$method]}" \
+    "${render_s[$method]}" "${filter_s[$method]}" \
+    "${error_of[wide $method shown]}" "${error_of[wide $method asked]}" \
+    "${error_of[truth-wide $method shown]}" "${error_of[truth-wide $method asked]}" \
+    "${error_of[truth-pixels $method plain]}"
 done
 
-best=$(jq -r '[.results[] | select(.label == "asked")] | min_by(.scores.rmse) | .test' wide.json)
-[[ $best == unbounded.exr ]] ||
-  die "$best has a lower error than the unbounded optimum, which cannot be: something is broken"
-box_shown=$(score wide box shown)
-truth_box=$(score truth-wide box shown)
-best_shown=$(jq -r '[.results[] | select(.label == "shown")] | min_by(.scores.rmse) | .test' truth-wide.json)
-best_shown=${best_shown%.exr}
+# least REFERENCE LABEL: the method with the least error.
+least() {
+  local method best=control
+  for method in "${methods[@]}"; do
+    if jq -en "${error_of[$1 $method $2]} < ${error_of[$1 $best $2]}" >/dev/null; then
+      best=$method
+    fi
+  done
+  printf '%s' "$best"
+}
+best=$(least wide asked)
+[[ $best == unbounded ]] ||
+  die "'${title[$best]}' has a lower error than the unbounded optimum, which cannot be: something is broken"
+best_shown=$(least truth-wide shown)
+box_shown=${error_of[wide box shown]}
+truth_box=${error_of[truth-wide box shown]}
 fold -s -w 110 <<END
 
 Judged by the picture it was made from, and allowed any light it asks for, the optimal filter errs least of \
-all, as theory says it must: $(round "$(score wide unbounded asked)"), \
-$(times "$(score wide unbounded asked)" "$(score wide box asked)") the plain average of three samples \
-($(round "$(score wide box asked)")). A display has no light below 0 or above 1. Clipped to what it can show, the \
-same filter errs $(round "$(score wide clipped shown)"), \
-$(times "$(score wide clipped shown)" "$box_shown") the average; one sample for each subpixel errs \
-$(times "$(score wide subpixel shown)" "$box_shown") it, one sample for each pixel \
-$(times "$(score wide control shown)" "$box_shown") it, and the regularised filter, clipped too, \
-$(times "$(score wide regularised shown)" "$box_shown") it. Against the ground truth of 144 samples a pixel, \
+all, as theory says it must: $(round "${error_of[wide unbounded asked]}"), \
+$(times "${error_of[wide unbounded asked]}" "${error_of[wide box asked]}") the plain average of three samples \
+($(round "${error_of[wide box asked]}")). A display has no light below 0 or above 1. Clipped to what it can show, the \
+same filter errs $(round "${error_of[wide clipped shown]}"), \
+$(times "${error_of[wide clipped shown]}" "$box_shown") the average; one sample for each subpixel errs \
+$(times "${error_of[wide subpixel shown]}" "$box_shown") it, one sample for each pixel \
+$(times "${error_of[wide control shown]}" "$box_shown") it, and the regularised filter, clipped too, \
+$(times "${error_of[wide regularised shown]}" "$box_shown") it. Against the ground truth of 144 samples a pixel, \
 where the three samples a pixel that all filters were given count as errors themselves, the average errs \
-$(round "$truth_box") and the unbounded optimum $(round "$(score truth-wide unbounded asked)"); of what a display \
-can show, the least is $(round "$(score truth-wide "$best_shown" shown)") ("${title[$best_shown]}").
+$(round "$truth_box") and the unbounded optimum $(round "${error_of[truth-wide unbounded asked]}"); of what a display \
+can show, the least is $(round "${error_of[truth-wide $best_shown shown]}") ("${title[$best_shown]}").
 
 The pictures are in $out; comparison.png shows a part of each, enlarged.
 END
