@@ -107,7 +107,7 @@ TEST_F(BadWords, ComparesOnlyWhatFits) {
 TEST_F(BadWords, WantsWhatItNeeds) {
   expect_refusal({"compare", "in.exr", "-m", "error"}, {"--ref"});
   expect_refusal({"compare", "in.exr", "--ref", "in.exr"}, {"-m"});
-  expect_refusal({"run"}, {"IN"});
+  expect_refusal({"run"}, {"input", "triad run --help"});
   expect_run_refused({"-m", "error"}, {"--ref"});
   expect_refusal({"run", "in.exr", "box"}, {"-o"});
   expect_run_refused({"error"}, {"error", "-m"});  // a metric is not a filter

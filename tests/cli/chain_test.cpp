@@ -10,10 +10,8 @@ using Chain = Cli;
 
 TEST_F(Chain, GivesTheSameBitsForAnyThreadsAndStrips) {
   save(path("wide.exr"), noise(3 * 67, 83));
-  const std::vector<std::vector<std::string>> chains{{"platt:engine=fft"},
-                                                     {"platt:engine=fir,taps=31"},
-                                                     {"subpixel"},
-                                                     {"box:x=3,y=2", "crop:x=1,y=2,width=50,height=30"}};
+  const std::vector<std::vector<std::string>> chains{
+      {"platt:engine=fft"}, {"platt:engine=fir,taps=31"}, {"subpixel"}, {"box:x=3,y=2", "crop:x=1,y=2,w=50,h=30"}};
   for (const auto& chain : chains) {
     std::vector<std::string> arguments{"run", "wide.exr", "--cells", "3x1"};
     arguments.insert(arguments.end(), chain.begin(), chain.end());
@@ -84,6 +82,30 @@ TEST_F(Chain, KeepsIntermediatePictures) {
   EXPECT_EQ(load(path("first.exr")).width, 12);
   EXPECT_EQ(load(path("second.png")).width, 6);
   EXPECT_EQ(load(path("third.exr")).width, 3);
+}
+
+TEST_F(Chain, IsTheSameInAFile) {
+  save(path("wide.exr"), noise(60, 12));
+  save(path("ref.exr"), noise(8, 6, 3, 2));
+  save_text(path("chain.toml"),
+            "[[stage]]\nname = \"platt\"\nppd = 55.5\nlayout = \"bgr\"\n\n"
+            "[[stage]]\nwrite = \"filed-mid.exr\"\n\n"
+            "[[stage]]\nname = \"crop\"\nx = 4\ny = 2\nw = 8\nh = 6\n\n"
+            "[[metric]]\nname = \"error\"\nlabel = \"plain\"\n");
+  const std::vector<std::string> common{"run",     "wide.exr", "--cells", "3x1",    "--ref",
+                                        "ref.exr", "--depth",  "float",   "--json", "-"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), common.begin(), common.end());
+    return expect_success(more).json()["results"][0];
+  };
+  const nlohmann::json filed = with({"--chain", "chain.toml", "-o", "filed.exr"});
+  const nlohmann::json typed = with({"platt:ppd=55.5,layout=bgr", "write:typed-mid.exr", "crop:x=4,y=2,w=8,h=6", "-m",
+                                     "error@plain", "-o", "typed.exr"});
+  EXPECT_EQ(filed["scores"], typed["scores"]);
+  EXPECT_EQ(filed["label"], "plain");
+  EXPECT_EQ(load(path("filed.exr")).values, load(path("typed.exr")).values);
+  EXPECT_EQ(load(path("filed-mid.exr")).values, load(path("typed-mid.exr")).values);
+  EXPECT_EQ(load(path("filed.exr")).width, 8);
 }
 
 TEST_F(Chain, StaysWithinItsMemory) {

@@ -156,7 +156,14 @@ TEST_F(Compare, TreatsNotNumbersAsTold) {
        }));
   save(path("ref.exr"), constant(6, 2, {.5f, .5f, .5f}));
   const std::vector<std::string> start{"compare", "a.exr", "--ref", "ref.exr", "-m", "error", "--json", "-"};
-  expect_refusal(start, {"a.exr"});
+  // Unless told, the comparison fails, and there are no scores to be taken for real ones.
+  const Outcome failed = expect_status(1, start);
+  EXPECT_EQ(failed.error_lines().size(), 1u) << failed.err;
+  EXPECT_NE(failed.err.find("a.exr"), std::string::npos) << failed.err;
+  const nlohmann::json counted = failed.json()["results"][0];
+  EXPECT_TRUE(counted["scores"].empty()) << counted;
+  EXPECT_EQ(counted["nan"], 3);
+  EXPECT_EQ(counted["inf"], 3);
   const auto with = [&](const std::string& policy) {
     std::vector<std::string> arguments = start;
     arguments.insert(arguments.end(), {"--nan", policy});

@@ -69,7 +69,7 @@ TEST_F(Run, ShowsFlatFieldsAsTheyAre) {
 TEST_F(Run, CropsAndChains) {
   const Picture picture = noise(30, 20);
   save(path("in.exr"), picture);
-  expect_success({"run", "in.exr", "crop:x=5,y=3,width=12,height=8", "write:part.exr", "box:x=2,y=2", "-o", "out.exr",
+  expect_success({"run", "in.exr", "crop:x=5,y=3,w=12,h=8", "write:part.exr", "box:x=2,y=2", "-o", "out.exr",
                   "--depth", "float"});
   expect_values(load(path("out.exr")), 6, 4, 1e-7, [&](int x, int y, int c) {
     const int left = 5 + 2 * x, top = 3 + 2 * y;

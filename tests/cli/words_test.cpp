@@ -45,9 +45,23 @@ TEST_F(Words, DescribesAFile) {
   picture.pixel_aspect = 1 / 3.;
   picture.text["Artist"] = "Ada";
   save(path("in.exr"), picture);
-  expect_words({"info", "in.exr"}, {"in.exr", "30x4", "R", "Z", "3x1", "lin_rec709", "Ada"});
+  expect_words({"info", "in.exr"}, {"in.exr", "30 x 4", "R", "Z", "3x1", "lin_rec709", "Ada"});
   save(path("in.png"), noise(5, 6), "uint8");
-  expect_words({"info", "in.png"}, {"5x6", "srgb", "uint8"});
+  expect_words({"info", "in.png"}, {"5 x 6", "srgb", "uint8"});
+}
+
+TEST_F(Words, DescribesAFileForPrograms) {
+  Picture picture = noise(30, 4);
+  picture.pixel_aspect = 1 / 3.;
+  save(path("in.exr"), picture, "half");
+  const nlohmann::json file = expect_success({"info", "in.exr", "--json"}).json()["files"][0];
+  EXPECT_EQ(file["width"], 30);
+  EXPECT_EQ(file["height"], 4);
+  EXPECT_EQ(file["channels"], (std::vector<std::string>{"R", "G", "B"}));
+  EXPECT_EQ(file["type"], "half");
+  EXPECT_EQ(file["cells"], "3x1");
+  EXPECT_EQ(file["cells_from"], "pixel aspect");
+  EXPECT_EQ(file["colour_space"], "lin_rec709");
 }
 
 TEST_F(Words, WritesAPluginThatPassesItsOwnCheck) {
