@@ -21,7 +21,7 @@ SyntheticPicture synthetic_picture(int width, int height, int channels, Cells ce
 
 struct ExerciseOptions {
   // The upper borders of the strips, ascending from 0; {} the whole picture. The stage's own strip_rows wins.
-  std::vector<int> borders;
+  std::vector<int> borders = {};
   bool descending = false;  // order of the strips; TRIAD_REENTRANT only
   int threads = 1;          // TRIAD_REENTRANT only
   bool want_map = true;     // of a metric
