@@ -441,10 +441,17 @@ namespace triad_plugin __attribute__((visibility("hidden"))) {
     const std::span<double> scores;  // in the order of scores(); empty but in the last pass of a metric
   };
 
-  // The rectangle with dx columns more on the left and right, and dy rows more above and below.
-  constexpr triad_rect grown(triad_rect r, int dx, int dy) { return {r.x0 - dx, r.y0 - dy, r.x1 + dx, r.y1 + dy}; }
+  // The rectangle with dx columns more on the left and right, and dy rows more above and below; it stops at the
+// limits of int32_t, where no picture reaches.
+constexpr triad_rect grown(triad_rect r, int32_t dx, int32_t dy) {
+  const auto at = [](int64_t v) {
+    constexpr int64_t kLow = INT32_MIN, kHigh = INT32_MAX;
+    return static_cast<int32_t>(v < kLow ? kLow : v > kHigh ? kHigh : v);
+  };
+  return {at(int64_t{r.x0} - dx), at(int64_t{r.y0} - dy), at(int64_t{r.x1} + dx), at(int64_t{r.y1} + dy)};
+}
 
-  // ---- from a stage to the records and functions of triad_plugin.h --------------------------------------------
+// ---- from a stage to the records and functions of triad_plugin.h --------------------------------------------
 
   namespace detail {
 

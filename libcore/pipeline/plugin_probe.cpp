@@ -128,6 +128,8 @@ struct Shape {
 // One pixel, one row, one column, odd sizes, more than one SIMD vector, wide renders.
 constexpr Shape kShapes[] = {{1, 1, {1, 1}},  {7, 5, {1, 1}},   {64, 33, {1, 1}}, {257, 3, {1, 1}},
                              {1, 40, {1, 1}}, {96, 17, {3, 1}}, {21, 8, {3, 1}},  {6, 12, {1, 3}}};
+// Near the largest int32_t, with room for what a careful need() adds to it.
+constexpr int kTallest = 2'000'000'000;
 constexpr int kThreads = 4, kRaceRuns = 4;
 // How far scores may move with the height of the strips: float accumulators are allowed, wrong borders not.
 constexpr double kScoreTolerance = 1e-5;
@@ -161,7 +163,7 @@ class StageProbe {
     if (created) {
       for (const Shape& shape : kShapes)
         for (const int channels : {4, 1}) shape_with(shape, channels);
-      for (const Shape& shape : {Shape{1, INT32_MAX, {1, 1}}, Shape{100003, 1, {1, 1}}}) extreme(shape);
+      for (const Shape& shape : {Shape{1, kTallest, {1, 1}}, Shape{100003, 1, {1, 1}}}) extreme(shape);
     }
     before.compare([&](const char* rule, const std::string& what) { fail(rule, what); });
     if (failed_.empty() && accepted_ == 0)
@@ -182,7 +184,7 @@ class StageProbe {
     };
     const Group groups[] = {
         {"call", "create() to destroy() return a status and leave the process alone", {"call.", "float.", "create."}},
-        {"plan", "sizes from 1x1 to 1x2147483647 give usable plans and needs", {"plan.", "need."}},
+        {"plan", "sizes from 1x1 to 1x2000000000 give usable plans and needs", {"plan.", "need."}},
         {"pixels", "every pixel is written, nothing else is, and the split does not matter", {"pixels.", "state."}},
         {"threads", "several threads give the bits that one gives", {"threads."}},
         {"score", "scores are numbers", {"score."}}};
