@@ -20,7 +20,8 @@ struct SyntheticPicture {
 SyntheticPicture synthetic_picture(int width, int height, int channels, Cells cells, uint32_t seed);
 
 struct ExerciseOptions {
-  // The upper borders of the strips, ascending from 0; {} the whole picture. The stage's own strip_rows wins.
+  // The upper borders of the strips, ascending from 0 (those below the
+  // picture are ignored); {} the whole picture. The stage's own strip_rows wins.
   std::vector<int> borders = {};
   bool descending = false;  // order of the strips; TRIAD_REENTRANT only
   int threads = 1;          // TRIAD_REENTRANT only
