@@ -92,12 +92,15 @@ triad_status create(const triad_host* host, triad_call* call, const triad_value*
     delete filter;
     return TRIAD_OK;
   }
-  *inst = filter;
-  if (is(filter, "create-throws")) throw std::runtime_error("out of my hands");
-  if (is(filter, "create-status")) return 77;
-  if (is(filter, "create-silent")) return TRIAD_E_PARAM;
   static_cast<void>(call);
-  return TRIAD_OK;
+  const bool throws = is(filter, "create-throws");
+  const triad_status status = is(filter, "create-status")   ? 77
+                              : is(filter, "create-silent") ? TRIAD_E_PARAM
+                                                            : TRIAD_OK;
+  if (throws || status != TRIAD_OK) delete filter;
+  if (throws) throw std::runtime_error("out of my hands");
+  if (status == TRIAD_OK) *inst = filter;
+  return status;
 }
 
 void destroy(void* inst) {
