@@ -94,19 +94,18 @@ inline std::vector<double> box_drives(const std::vector<double>& ring, bool bgr)
 }
 
 struct DenseFilter {
-  WideMatrix A, A_baseband;
-  Eigen::LLT<WideMatrix> factor;
+  WideMatrix A, A_baseband, regularised;
+  Eigen::LLT<Eigen::MatrixXd> factor;
   Observer observer;
   FilterOptions options;
   int tiles;
   bool bgr;
 
   DenseFilter(const Observer& o, int T, const FilterOptions& opt, bool reversed = false)
-      : A(panel_matrix(o, T, reversed, false)), observer(o), options(opt), tiles(T), bgr(reversed) {
+      : A(panel_matrix(o, T, reversed, false)), regularised(A), observer(o), options(opt), tiles(T), bgr(reversed) {
     if (options.exact_flat_fields) A_baseband = panel_matrix(o, T, reversed, true);
-    WideMatrix regularised = A;
     for (int i = 0; i < 3 * T; ++i) regularised(i, i) += regulariser(i % 3);
-    factor.compute(regularised);
+    factor.compute(regularised.cast<double>());
   }
 
   // lambda^2 |3 C_o|^2: what unit drive would cost if every weight were lambda^2.
@@ -152,7 +151,12 @@ struct DenseFilter {
             smooth[3 * t + o] += window[static_cast<size_t>((t - s + tiles) % tiles)] * box[3 * s + o];
       b += (A - A_baseband) * smooth;
     }
-    const WideVector x = factor.solve(b);
+    // Factored in double, for speed, and refined with residuals in long double.
+    WideVector x = WideVector::Zero(N);
+    for (int round = 0; round < 5; ++round) {
+      const Eigen::VectorXd residual = (b - regularised * x).cast<double>();
+      x += factor.solve(residual).cast<Wide>();
+    }
     std::vector<double> out;
     for (int i = 0; i < N; ++i) out.push_back(static_cast<double>(x[i]));
     return out;
