@@ -149,8 +149,9 @@ typedef struct {
    *   "mask"  one weight in [0, 1] per pixel of the first input: 0 where --crop, --mask or --nan leave a
    *           pixel out of the pooling. NULL when every weight is 1. Only as an optional input. */
   const char* channels;
-  /* NULL as it is; "linear" light with the picture's own primaries; "linear-rec709"; "display": sRGB code
-   * values in [0, 1]. The host converts first, and not at all where nothing changes. */
+  /* NULL as it is (a metric: both pictures in the space the user chose, linear light by default); "linear" light with
+   * the picture's own primaries; "linear-rec709"; "display": sRGB code values in [0, 1]. The host converts first, and
+   * not at all where nothing changes. */
   const char* space;
 } triad_input;
 
@@ -204,7 +205,8 @@ typedef struct {
   /* out is NULL before the last pass, and where no map is wanted. Every pixel of out must be written. */
   triad_status (*strip)(void* inst, triad_call*, int32_t pass, triad_rect r, const triad_strip* const* in,
                         const triad_strip* out, void* state);
-  /* into += from, called with ascending y. May be NULL when state_bytes is 0. */
+  /* into += from, called with ascending y. May be NULL when state_bytes is 0. Not called for a filter's last
+   * pass, which gives a picture and nothing else. */
   triad_status (*merge)(const void* inst, triad_call*, int32_t pass, void* into, const void* from);
   /* scores: n_scores doubles, in the last pass of a metric; else NULL. May be NULL for a one-pass filter. */
   triad_status (*end_pass)(void* inst, triad_call*, int32_t pass, const void* state, double* scores);

@@ -23,6 +23,26 @@ namespace {
 
 std::atomic<bool> g_cancel{false};
 
+// Names for a signal handler, which must not allocate. A slot goes 0 (free), 1 (being written), 2 (in use).
+struct TemporaryName {
+  std::atomic<int> use{0};
+  char text[4096];
+};
+TemporaryName g_temporaries[64];
+
+int remember_temporary(const std::string& name) {
+  if (name.size() >= sizeof g_temporaries[0].text) return -1;
+  for (int i = 0; i < static_cast<int>(std::size(g_temporaries)); ++i) {
+    TemporaryName& slot = g_temporaries[i];
+    int expected = 0;
+    if (!slot.use.compare_exchange_strong(expected, 1)) continue;
+    std::memcpy(slot.text, name.c_str(), name.size() + 1);
+    slot.use.store(2);
+    return i;
+  }
+  return -1;
+}
+
 std::string reason() { return std::strerror(errno); }
 
 // The folder of the shared library that holds this function, with links resolved.
@@ -57,6 +77,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
     const int descriptor = open(temporary_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
     if (descriptor >= 0) {
       close(descriptor);
+      slot_ = remember_temporary(temporary_);
       return;
     }
     if (errno != EEXIST) throw_input("cannot write '" + path_ + "': " + reason());
@@ -66,6 +87,12 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
 
 AtomicFile::~AtomicFile() {
   if (!committed_) unlink(temporary_.c_str());
+  if (slot_ >= 0) g_temporaries[slot_].use.store(0);
+}
+
+void unlink_temporaries() noexcept {
+  for (TemporaryName& slot : g_temporaries)
+    if (slot.use.load() == 2) unlink(slot.text);
 }
 
 void AtomicFile::commit() {

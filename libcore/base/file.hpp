@@ -26,7 +26,12 @@ class AtomicFile {
  private:
   std::string path_, temporary_;
   bool committed_ = false;
+  int slot_ = -1;  // where unlink_temporaries() finds the name
 };
+
+// Removes the temporary files of all AtomicFiles that are alive; async-signal-safe, for a handler that ends
+// the process. The first 64 alive at a time are known to it.
+void unlink_temporaries() noexcept;
 
 // Writes text atomically; "-" is standard output.
 void write_text_file(const std::string& path, const std::string& text);

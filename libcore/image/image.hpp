@@ -2,6 +2,7 @@
 // What a picture is, apart from its pixels, and pictures small enough to hold whole.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -53,8 +54,13 @@ struct ImageSpec {
   int alpha = -1;                     // index of the alpha channel, or -1. Colour is associated (premultiplied)
   int colour_channels = 0;            // the first this many are colour: 3 (RGB), 1 (grey), 0 (data only)
   Cells cells;
-  double pixel_aspect = 1;   // width of a pixel over its height; a wide render's is 1/3
-  std::string colour_space;  // a name in the colour configuration; "" unknown or not colour
+  double pixel_aspect = 1;  // width of a pixel over its height; a wide render's is 1/3
+  // What the values mean: a name for ColourConfig::resolve(), or "" for unknown or not colour. A reader puts
+  // the file's own statement here ("sRGB", "Linear", a name).
+  std::string colour_space;
+  // rx ry gx gy bx by wx wy, as EXR stores them: of a file that says so, and for a file that shall say so.
+  // Whoever converts the colour of the pixels changes or clears it.
+  std::optional<std::array<float, 8>> chromaticities;
   Metadata metadata;
 
   int channel_count() const { return static_cast<int>(channels.size()); }

@@ -2,7 +2,9 @@
 // Reading picture files by strips: EXR, PNG, TIFF, Radiance HDR, JPEG and whatever else OpenImageIO reads.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <triad/image/image.hpp>
 #include <vector>
@@ -32,9 +34,10 @@ struct FileInfo {
   int tile_width = 0, tile_height = 0;
   int data_x = 0, data_y = 0, data_width = 0, data_height = 0;  // the data window, relative to the display window
   std::vector<PartInfo> parts;
-  std::vector<std::string> all_channels;  // of the chosen part, as in the file
+  std::vector<std::string> all_channels;               // of the chosen part, as in the file
+  std::optional<std::array<float, 8>> chromaticities;  // rx ry gx gy bx by wx wy, if the header states them
   std::string cells_from;  // why ImageSpec::cells is what it is: "metadata", "pixel aspect", "option", "default"
-  std::string colour_space_from;  // "option", "metadata", "chromaticities", "format"
+  std::string colour_space_from;  // "option", "metadata", "format"
 };
 
 // A file that is open for reading, one part of it. Not thread-safe: one thread at a time.

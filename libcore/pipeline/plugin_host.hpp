@@ -91,8 +91,8 @@ class StageInstance {
   // 1..64, state below 1 GiB) and throws Error naming the rule.
   Plan plan(const std::vector<const triad_image*>& inputs, const std::vector<const Metadata*>& metadata);
 
-  // One rect per input. Checked: not inverted, not empty, at most one picture's size beyond the picture on
-  // each side. Before plan() it is an error.
+  // One rect per input. Checked: not inverted, not empty, at most one picture's size (or 4096 pixels, if that
+  // is more) beyond the picture on each side. Before plan() it is an error.
   std::vector<triad_rect> need(int pass, triad_rect out) const;
 
   // Strips are described by triad_strip; out may be nullptr; state may be nullptr when state_bytes is 0.

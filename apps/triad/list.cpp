@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// triad list [filters|metrics|colours|layouts], triad help PLUGIN
+#include <fmt/format.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <triad/base/error.hpp>
+#include <triad/base/text.hpp>
+#include <triad/display/layout.hpp>
+
+#include "options.hpp"
+#include "verbs.hpp"
+
+namespace triad::app {
+namespace {
+
+struct ListOptions {
+  HostOptions host;
+  std::string what, plugin;
+  bool json = false;
+};
+
+nlohmann::ordered_json stage_json(const StageInfo& info) {
+  const triad_desc& desc = *info.desc;
+  nlohmann::ordered_json object;
+  object["id"] = desc.id;
+  object["kind"] = info.is_metric() ? "metric" : "filter";
+  object["version"] = desc.version;
+  object["summary"] = desc.summary;
+  object["file"] = info.file;
+  return object;
+}
+
+void list(const ListOptions& options) {
+  static const std::vector<std::string> kWhat{"filters", "metrics", "colours", "layouts"};
+  if (!options.what.empty() && std::find(kWhat.begin(), kWhat.end(), options.what) == kWhat.end())
+    throw_usage("cannot list '" + options.what + "'" + did_you_mean(options.what, kWhat) + "; there are '" +
+                join(kWhat, "', '") + "'");
+  const auto wanted = [&](const std::string& what) { return options.what.empty() || options.what == what; };
+  nlohmann::ordered_json root = nlohmann::ordered_json::object();
+  std::string text;
+  if (wanted("filters") || wanted("metrics")) {
+    PluginHost host(options.host.plugin_path);
+    for (const bool metrics : {false, true}) {
+      const std::string what = metrics ? "metrics" : "filters";
+      if (!wanted(what)) continue;
+      root[what] = nlohmann::ordered_json::array();
+      text += what + "\n";
+      for (const StageInfo* info : host.list()) {
+        if (info->is_metric() != metrics) continue;
+        root[what].push_back(stage_json(*info));
+        text += fmt::format("  {:<16} {}\n", info->desc->id, info->desc->summary);
+      }
+    }
+  }
+  if (wanted("colours")) {
+    const ColourConfig colours = ColourConfig::load(options.host.ocio);
+    root["colours"] = colours.names();
+    text += "colours (" + colours.origin() + ")\n";
+    for (const std::string& name : colours.names())
+      text += fmt::format("  {:<16} {}\n", name,
+                          colours.is_data(name)     ? "data"
+                          : colours.is_linear(name) ? "linear light"
+                                                    : "display-encoded");
+  }
+  if (wanted("layouts")) {
+    root["layouts"] = nlohmann::ordered_json::array();
+    text += "layouts\n";
+    for (const std::string& name : layout_names()) {
+      root["layouts"].push_back(name);
+      text += "  " + name + "\n";
+    }
+  }
+  std::cout << (options.json ? root.dump(2) + "\n" : text);
+}
+
+void help(const ListOptions& options) {
+  PluginHost host(options.host.plugin_path);
+  const StageInfo& info = host.find(options.plugin);
+  if (!options.json) {
+    std::cout << stage_help(info);
+    return;
+  }
+  nlohmann::ordered_json object = stage_json(info);
+  const triad_desc& desc = *info.desc;
+  static const char* const kTypes[] = {"", "bool", "int", "float", "string", "choice", "path", "floats"};
+  object["parameters"] = object["scores"] = nlohmann::ordered_json::array();
+  // The values in force when nothing is given; a required parameter has none.
+  ParamTexts none;
+  for (uint32_t i = 0; i < desc.n_params; ++i) {
+    const triad_param& param = *desc.params[i];
+    nlohmann::ordered_json entry;
+    entry["name"] = param.name;
+    entry["type"] = kTypes[param.type];
+    entry["doc"] = param.doc ? param.doc : "";
+    entry["unit"] = param.unit ? param.unit : "";
+    entry["required"] = (param.flags & TRIAD_PARAM_REQUIRED) != 0;
+    if (param.type == TRIAD_INT || param.type == TRIAD_FLOAT || param.type == TRIAD_FLOATS) {
+      entry["min"] = format_double(param.min);
+      entry["max"] = format_double(param.max);
+    }
+    if (param.choices)
+      for (const char* const* choice = param.choices; *choice; ++choice) entry["choices"].push_back(*choice);
+    object["parameters"].push_back(std::move(entry));
+  }
+  for (uint32_t i = 0; i < desc.n_scores; ++i)
+    object["scores"].push_back({{"name", desc.scores[i]->name},
+                                {"doc", desc.scores[i]->doc ? desc.scores[i]->doc : ""},
+                                {"unit", desc.scores[i]->unit ? desc.scores[i]->unit : ""},
+                                {"better", desc.scores[i]->better < 0   ? "lower"
+                                           : desc.scores[i]->better > 0 ? "higher"
+                                                                        : "zero"}});
+  std::cout << object.dump(2) << "\n";
+}
+
+}  // namespace
+
+void setup_list(CLI::App& app) {
+  auto options = std::make_shared<ListOptions>();
+  CLI::App* verb = app.add_subcommand("list", "List filters, metrics, colour spaces and layouts");
+  verb->add_option("what", options->what, "filters, metrics, colours or layouts (default: all)")->type_name("WHAT");
+  verb->add_flag("--json", options->json, "As JSON");
+  options->host.add_plugin_path(*verb);
+  options->host.add_ocio(*verb);
+  verb->footer("Example:\n  triad list metrics");
+  verb->callback([options] { list(*options); });
+}
+
+void setup_help(CLI::App& app) {
+  auto options = std::make_shared<ListOptions>();
+  CLI::App* verb = app.add_subcommand("help", "Explain a plugin: what it does, and its parameters");
+  verb->add_option("plugin", options->plugin, "A filter's or metric's name")->required()->type_name("PLUGIN");
+  verb->add_flag("--json", options->json, "As JSON");
+  options->host.add_plugin_path(*verb);
+  verb->footer("Example:\n  triad help platt");
+  verb->callback([options] { help(*options); });
+}
+
+}  // namespace triad::app

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// From OpenImageIO's description of a file to ours. Not installed.
+#pragma once
+
+#include <string>
+#include <triad/image/internal/oiio.hpp>
+#include <triad/image/reader.hpp>
+#include <vector>
+
+namespace triad::image {
+
+// The channels a picture is made of: indices into the file's, colour first, as ImageReader documents them.
+struct ChannelChoice {
+  std::vector<int> file_indices;
+  int alpha = -1, colour_channels = 0;  // as in ImageSpec
+};
+
+// Throws Error(kInput) that lists what there is when a name is unknown or nothing can be colour.
+ChannelChoice choose_channels(const std::string& path, const std::vector<std::string>& in_file,
+                              const ReadOptions& options);
+
+// The index of the alpha channel that belongs to the file's top-level colour, or -1.
+int find_alpha(const std::vector<std::string>& in_file);
+
+// Fills everything of `spec` and `info` that does not depend on other parts of the file.
+void describe(const std::string& path, const std::string& format, const OIIO::ImageSpec& from,
+              const ReadOptions& options, ImageSpec& spec, FileInfo& info);
+
+// Rows that the file decodes together, and what they are aligned to is the data window's first row.
+int block_rows(const std::string& format, const OIIO::ImageSpec& spec);
+
+}  // namespace triad::image

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstring>
+#include <triad/base/error.hpp>
+#include <triad/base/text.hpp>
+#include <triad/image/internal/file_check.hpp>
+#include <triad/image/internal/header.hpp>
+#include <triad/image/reader.hpp>
+
+namespace triad {
+namespace {
+
+using image::one_line;
+
+[[noreturn]] void fail(const std::string& path, const std::string& what, const std::string& detail) {
+  throw_input("cannot read '" + path + "': " + what + (detail.empty() ? "" : ": " + one_line(detail, path)));
+}
+
+class OiioReader final : public ImageReader {
+ public:
+  OiioReader(const std::string& path, const ReadOptions& options) : path_(path) {
+    image::prepare_oiio();
+    const std::string format = image::recognise_format(path);
+    image::check_header(path, format);
+    input_ = OIIO::ImageInput::create(format);
+    if (!input_) fail(path, "this OpenImageIO cannot read " + format, OIIO::geterror());
+    OIIO::ImageSpec config;
+    config.attribute("oiio:UnassociatedAlpha", 1);  // or else integers lose bits by being associated in 8 bits
+    OIIO::ImageSpec first;
+    if (!input_->open(path, first, config)) fail(path, "its header is corrupt or cut short", input_->geterror());
+    choose_part(options.part, format);
+    check(format);
+    image::describe(path, format, native_, options, spec_, info_);
+    plan_channels(options);
+    block_rows_ = image::block_rows(format, native_);
+  }
+
+  const ImageSpec& spec() const override { return spec_; }
+  const FileInfo& info() const override { return info_; }
+  const std::string& path() const override { return path_; }
+  int block_rows() const override { return block_rows_; }
+
+  void read_rows(int y0, int y1, float* out, size_t row_stride) override {
+    if (y0 < 0 || y1 < y0 || y1 > spec_.height)
+      throw_internal("rows " + std::to_string(y0) + " to " + std::to_string(y1) + " of '" + path_ + "', which has " +
+                     std::to_string(spec_.height));
+    for (int y = y0; y < y1; ++y) {
+      float* row = out + static_cast<size_t>(y - y0) * row_stride;
+      const int64_t line = int64_t{y} - info_.data_y;
+      const size_t floats = static_cast<size_t>(spec_.width) * spec_.channels.size();
+      if (line < 0 || line >= native_.height) {
+        std::fill_n(row, floats, 0.f);
+        continue;
+      }
+      const int data_line = static_cast<int>(line);
+      if (data_line < cached_begin_ || data_line >= cached_end_)
+        decode(data_line, static_cast<int>(std::min<int64_t>(native_.height, int64_t{data_line} + (y1 - y))));
+      convert_row(data_line, row);
+    }
+  }
+
+ private:
+  void choose_part(const std::string& wanted, const std::string& format) {
+    int chosen = -1;
+    std::vector<std::string> names;
+    constexpr int kMostParts = 10000;
+    for (int part = 0; part < kMostParts; ++part) {
+      const OIIO::ImageSpec spec = input_->spec(part, 0);
+      if (spec.undefined()) break;
+      PartInfo about;
+      about.name = spec.get_string_attribute("oiio:subimagename").c_str();
+      if (about.name.empty() && format == "openexr") about.name = spec.get_string_attribute("name").c_str();
+      about.width = format == "openexr" && spec.full_width > 0 ? spec.full_width : spec.width;
+      about.height = format == "openexr" && spec.full_height > 0 ? spec.full_height : spec.height;
+      about.channels = spec.channelnames;
+      if (chosen < 0 && !wanted.empty() && about.name == wanted) chosen = part;
+      names.push_back(about.name.empty() ? std::to_string(part) : about.name);
+      info_.parts.push_back(std::move(about));
+    }
+    input_->geterror();  // asking for the part after the last one is how their number is found
+    if (info_.parts.empty()) fail(path_, "its header is corrupt or cut short", "");
+    if (wanted.empty()) chosen = 0;
+    if (chosen < 0)
+      if (const auto number = parse_int(wanted); number && *number >= 0 && *number < std::ssize(info_.parts))
+        chosen = static_cast<int>(*number);
+    if (chosen < 0)
+      throw_input("'" + path_ + "' has no part '" + wanted + "'" + did_you_mean(wanted, names) + "; it has " +
+                  join(names, ", ") + " (or by number, 0 to " + std::to_string(info_.parts.size() - 1) + ")");
+    part_ = chosen;
+    if (!input_->seek_subimage(part_, 0))
+      fail(path_, "cannot go to part " + std::to_string(part_), input_->geterror());
+    native_ = input_->spec();
+  }
+
+  // What only the decoder's own view of the header tells.
+  void check(const std::string& format) const {
+    if (native_.deep) fail(path_, "it holds deep data, which Triad does not read; flatten it first", "");
+    image::check_size(path_, native_.width, native_.height, native_.nchannels);
+    if (native_.depth > 1) fail(path_, "it is a volume, not a picture", "");
+    if (format == "openexr" || format == "png" || format == "jpeg" || format == "hdr") return;
+    // TIFF: stored as it is, 1; LZW, deflate, PackBits stay under 4096; newer codecs and bilevel fax do not.
+    const std::string compression = native_.get_string_attribute("compression").c_str();
+    double ratio = 1 << 18;
+    if (format == "tiff" && compression == "none") ratio = 1;
+    if (format != "tiff" || compression == "lzw" || compression == "zip" || compression == "packbits") ratio = 4096;
+    if (ratio == 1 && native_.get_int_attribute("oiio:BitsPerSample", 8) < 8) ratio = 8;  // widened by the decoder
+    if (ratio == 1 && native_.get_int_attribute("tiff:PhotometricInterpretation", 2) == 3) ratio = 8;  // palette
+    if (ratio == 1 && native_.get_int_attribute("oiio:BitsPerSample", 8) % 8 != 0) ratio = 2;
+    if (ratio == 1 && native_.nchannels == 3 && native_.get_int_attribute("tiff:PhotometricInterpretation", 2) == 6)
+      ratio = 2;  // subsampled chroma
+    image::check_length(path_, image::file_size(path_), static_cast<double>(native_.image_bytes(true)), ratio);
+  }
+
+  void plan_channels(const ReadOptions& options) {
+    const image::ChannelChoice choice = image::choose_channels(path_, native_.channelnames, options);
+    indices_ = choice.file_indices;
+    if (native_.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0) {
+      unassociated_ = native_.alpha_channel >= 0 ? native_.alpha_channel : image::find_alpha(native_.channelnames);
+    }
+    first_ = *std::min_element(indices_.begin(), indices_.end());
+    last_ = *std::max_element(indices_.begin(), indices_.end()) + 1;
+    if (unassociated_ >= 0) {
+      first_ = std::min(first_, unassociated_);
+      last_ = std::max(last_, unassociated_ + 1);
+    }
+    pixel_bytes_ = native_.pixel_bytes(first_, last_, true);
+    for (int c = first_; c < last_; ++c)
+      offsets_.push_back(c == first_ ? 0 : offsets_.back() + native_.channelformat(c - 1).size());
+  }
+
+  // Decodes whole blocks: the one that holds data_line and those that follow, until the rows wanted or the
+  // size of a buffer are reached. They stay until another decode, so that a strip may begin where the last
+  // one ended in the middle of a block.
+  void decode(int data_line, int wanted_end) {
+    constexpr int64_t kBuffer = 4 << 20;  // bytes; enough for several blocks to be decoded in parallel
+    const int64_t block = block_rows_;
+    const int64_t row_bytes = static_cast<int64_t>(pixel_bytes_) * native_.width;
+    const int64_t begin = data_line / block * block;
+    const int64_t blocks_wanted = (wanted_end - begin + block - 1) / block;
+    const int64_t blocks_fitting = std::max<int64_t>(1, kBuffer / std::max<int64_t>(1, row_bytes * block));
+    const int64_t end = std::min<int64_t>(native_.height, begin + std::min(blocks_wanted, blocks_fitting) * block);
+    cached_begin_ = cached_end_ = 0;
+    buffer_.resize(static_cast<size_t>((end - begin) * row_bytes));
+    const int y0 = native_.y + static_cast<int>(begin), y1 = native_.y + static_cast<int>(end);
+    bool ok = false;
+    std::string thrown;
+    try {
+      ok = native_.tile_width > 0
+               ? input_->read_native_tiles(part_, 0, native_.x, native_.x + native_.width, y0, y1, native_.z,
+                                           native_.z + 1, first_, last_, buffer_.data())
+               : input_->read_native_scanlines(part_, 0, y0, y1, native_.z, first_, last_, buffer_.data());
+    } catch (const std::exception& error) {
+      thrown = error.what();
+    }
+    // Some decoders report what they could not read and still return true.
+    if (!ok || input_->has_error())
+      fail(path_, "it is cut short or corrupt", thrown.empty() ? input_->geterror() : thrown);
+    cached_begin_ = static_cast<int>(begin);
+    cached_end_ = static_cast<int>(end);
+  }
+
+  void convert_row(int data_line, float* row) const {
+    const size_t channels = indices_.size();
+    // The part of the display window that the data window covers.
+    const int64_t x0 = std::clamp<int64_t>(info_.data_x, 0, spec_.width);
+    const int64_t x1 = std::clamp<int64_t>(int64_t{info_.data_x} + native_.width, 0, spec_.width);
+    if (x0 >= x1) {
+      std::fill_n(row, static_cast<size_t>(spec_.width) * channels, 0.f);
+      return;
+    }
+    std::fill_n(row, static_cast<size_t>(x0) * channels, 0.f);
+    std::fill_n(row + x1 * channels, static_cast<size_t>(spec_.width - x1) * channels, 0.f);
+    const std::byte* in = buffer_.data() +
+                          static_cast<size_t>(data_line - cached_begin_) * pixel_bytes_ * native_.width +
+                          static_cast<size_t>(x0 - info_.data_x) * pixel_bytes_;
+    float* out = row + x0 * channels;
+    const size_t count = static_cast<size_t>(x1 - x0);
+    if (plain_floats()) {
+      std::memcpy(out, in, count * pixel_bytes_);
+    } else {
+      for (size_t c = 0; c < channels; ++c) convert_channel(indices_[c], in, count, out + c, channels);
+    }
+    if (unassociated_ >= 0) associate(in, count, out);
+  }
+
+  bool plain_floats() const {
+    if (native_.format != OIIO::TypeFloat || !native_.channelformats.empty()) return false;
+    for (size_t c = 0; c < indices_.size(); ++c)
+      if (indices_[c] != first_ + static_cast<int>(c)) return false;
+    return static_cast<size_t>(last_ - first_) == indices_.size();
+  }
+
+  void convert_channel(int index, const std::byte* in, size_t count, float* out, size_t stride) const {
+    const bool identifiers = info_.format == "openexr";  // EXR's integers count things, they are not light
+    if (!image::to_float(native_.channelformat(index), identifiers, in + offsets_[index - first_], pixel_bytes_,
+                         count, out, stride))
+      fail(path_, "its samples are of type " + std::string(native_.channelformat(index).c_str()), "");
+  }
+
+  void associate(const std::byte* in, size_t count, float* out) const {
+    alpha_row_.resize(count);
+    convert_channel(unassociated_, in, count, alpha_row_.data(), 1);
+    const size_t channels = indices_.size();
+    for (size_t c = 0; c < channels; ++c) {
+      if (indices_[c] == unassociated_) continue;
+      for (size_t i = 0; i < count; ++i) out[i * channels + c] *= alpha_row_[i];
+    }
+  }
+
+  std::string path_;
+  std::unique_ptr<OIIO::ImageInput> input_;
+  OIIO::ImageSpec native_;
+  ImageSpec spec_;
+  FileInfo info_;
+  int part_ = 0;
+  int block_rows_ = 1;
+  std::vector<int> indices_;     // of the channels of spec_, in the file
+  int first_ = 0, last_ = 0;     // the range of file channels that is decoded
+  int unassociated_ = -1;        // file channel to multiply colour by, or -1
+  std::vector<size_t> offsets_;  // bytes from a pixel's start, of channels first_ ... last_
+  size_t pixel_bytes_ = 0;       // of those channels
+  std::vector<std::byte> buffer_;
+  int cached_begin_ = 0, cached_end_ = 0;  // the rows of the data window that buffer_ holds
+  mutable std::vector<float> alpha_row_;
+};
+
+}  // namespace
+
+std::unique_ptr<ImageReader> ImageReader::open(const std::string& path, const ReadOptions& options) {
+  try {
+    return std::make_unique<OiioReader>(path, options);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {  // what a decoder lets through, of which there are many
+    fail(path, "its header is corrupt or cut short", error.what());
+  }
+}
+
+Image read_image(const std::string& path, const ReadOptions& options) {
+  const auto reader = ImageReader::open(path, options);
+  Image image;
+  image.spec = reader->spec();
+  // Only address space: pages are touched row by row, so a lying header is found out before it costs memory.
+  constexpr size_t kMostReserved = size_t{1} << 30;  // floats
+  image.pixels.reserve(std::min(image.row_floats() * image.spec.height, kMostReserved));
+  const int strip = std::max(64, reader->block_rows());
+  for (int y = 0; y < image.spec.height; y += strip) {
+    const int end = std::min(image.spec.height, y + strip);
+    image.pixels.resize(static_cast<size_t>(end) * image.row_floats());
+    reader->read_rows(y, end, image.row(y), image.row_floats());
+  }
+  return image;
+}
+
+}  // namespace triad
