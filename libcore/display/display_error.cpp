@@ -101,8 +101,8 @@ DisplayError::Clamped DisplayError::row(const float* test, const float* target, 
   return clamped;
 }
 
-void DisplayTotals::add_row(const double* energies, const float* mask, int width_px, int border_px) {
-  for (int x = border_px; x < width_px - border_px; ++x) {
+void DisplayTotals::add_pixels(const double* energies, const float* mask, int x0, int x1) {
+  for (int x = x0; x < x1; ++x) {
     const double w = mask ? static_cast<double>(mask[x]) : 1;
     weight.add(w);
     for (int c = 0; c < 3; ++c) energy[c].add(w * energies[static_cast<ptrdiff_t>(x) * 3 + c]);

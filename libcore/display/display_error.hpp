@@ -70,8 +70,9 @@ struct DisplayTotals {
   NeumaierSum energy[3], weight;
   int64_t clamped_test_pixels, clamped_target_cells;
 
-  // Adds a row's pixels but for border_px at each end. mask: one weight >= 0 per pixel, or null for all 1.
-  void add_row(const double* energies, const float* mask, int width_px, int border_px);
+  // Adds the pixels x0 .. x1 - 1 of a row. energies: as DisplayError::row gave them, of the whole row; mask: one
+  // weight >= 0 per pixel, mask[x] of pixel x, or null for all 1.
+  void add_pixels(const double* energies, const float* mask, int x0, int x1);
   void merge(const DisplayTotals& later);
 
   // sqrt of the weighted mean energy; not a number when every weight was 0.

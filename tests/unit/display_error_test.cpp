@@ -35,7 +35,7 @@ DisplayTotals score(const DisplayError& measure, const std::vector<float>& test,
   std::vector<double> energy(test.size());
   DisplayTotals totals{};
   const auto clamped = measure.row(test.data(), target.data(), energy.data(), workspace);
-  totals.add_row(energy.data(), mask, measure.width_px(), border_px);
+  totals.add_pixels(energy.data(), mask, border_px, measure.width_px() - border_px);
   totals.clamped_test_pixels += clamped.test_pixels;
   totals.clamped_target_cells += clamped.target_cells;
   return totals;
