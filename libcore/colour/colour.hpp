@@ -40,8 +40,8 @@ class ColourConfig {
   // path "": $OCIO if set, else the bundled data/colour/config.ocio. Throws Error(kInput).
   static ColourConfig load(const std::string& path = "");
 
-  // The bundled config's spaces: lin_rec709, srgb, lin_p3d65, display_p3, lin_rec2020, rec2020_..., acescg,
-  // and "raw". Aliases ("sRGB", "Linear", "scene_linear" ...) and roles resolve to their space's name.
+  // The bundled config's spaces: lin_rec709, srgb, lin_p3d65, display_p3, lin_rec2020, rec2020_bt1886, acescg,
+  // aces2065_1 and "raw". Aliases ("sRGB", "Linear", "scene_linear" ...) and roles resolve to their space's name.
   std::vector<std::string> names() const;
   // The space's own name for a name, alias or role; "" if there is none.
   std::string resolve(const std::string& name) const;
@@ -57,8 +57,11 @@ class ColourConfig {
   std::string linear_sibling(const std::string& name) const;
   // rgb_to_xyz (D65-adapted) of a linear space, row-major, from the transform itself.
   std::array<double, 9> rgb_to_xyz(const std::string& linear_space) const;
+  // rx ry gx gy bx by wx wy of a linear space, for a file's header: the published ones where the space has
+  // them (with the ACES white for ACES), else those of rgb_to_xyz().
+  std::array<float, 8> chromaticities(const std::string& linear_space) const;
   // The linear space whose primaries and white match these chromaticities (rx ry gx gy bx by wx wy, as EXR
-  // stores them) within 2e-4, or "".
+  // stores them) within 2e-4 once the white is adapted to D65 (Bradford or CAT02), or "".
   std::string match_chromaticities(const std::array<float, 8>& xy) const;
 
   // The names of two spaces that every part of Triad relies on; a user's config without them is an error

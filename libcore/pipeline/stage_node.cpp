@@ -192,7 +192,8 @@ StripNeeds FilterNode::needs(int pass, RowRange out) const {
   int step = out.y1 - out.y0;
   if (strip > 0) {
     out.y0 = out.y0 / strip * strip;
-    out.y1 = std::min<int64_t>(out_.height, (static_cast<int64_t>(out.y1) + strip - 1) / strip * strip);
+    out.y1 =
+        static_cast<int>(std::min<int64_t>(out_.height, (static_cast<int64_t>(out.y1) + strip - 1) / strip * strip));
     step = strip;
   } else if (strip < 0) {
     out = {0, out_.height};

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
+#include <triad/pipeline/edge.hpp>
 #include <triad/pipeline/strip_buffer.hpp>
 
 namespace triad {
@@ -88,25 +89,11 @@ triad_strip StripBuffer::view(const triad_rect& r) const {
   return strip;
 }
 
-int edge_index(int64_t i, int n, int edge) {
-  if (i >= 0 && i < n) return static_cast<int>(i);
-  switch (edge) {
-    case TRIAD_EDGE_MIRROR: {
-      const int64_t period = 2 * static_cast<int64_t>(n);
-      const int64_t k = ((i % period) + period) % period;
-      return static_cast<int>(k < n ? k : period - 1 - k);
-    }
-    case TRIAD_EDGE_WRAP: return static_cast<int>(((i % n) + n) % n);
-    case TRIAD_EDGE_ZERO: return -1;
-    default: return i < 0 ? 0 : n - 1;
-  }
-}
-
 RowRange row_hull(const triad_rect& need, int height, int edge) {
   RowRange hull{std::max(need.y0, 0), std::min(need.y1, height)};
   if (hull.y1 <= hull.y0) hull = {0, 0};
   const auto add = [&](int64_t y) {
-    const int row = edge_index(y, height, edge);
+    const int row = static_cast<int>(edge_index(edge, y, height));
     if (row >= 0) hull.cover({row, row + 1});
   };
   // Beyond one period the same rows come again.
@@ -128,7 +115,7 @@ void fill_edges(StripBuffer& buffer, const triad_rect& need, int height, int edg
   const RowRange rows = buffer.rows();
   const auto fill = [&](int y, int x) {
     float* target = buffer.row(y) + static_cast<ptrdiff_t>(x) * channels;
-    const int from = edge_index(x, width, edge);
+    const int from = static_cast<int>(edge_index(edge, x, width));
     if (from < 0)
       std::memset(target, 0, pixel);
     else
@@ -140,7 +127,7 @@ void fill_edges(StripBuffer& buffer, const triad_rect& need, int height, int edg
   }
   // Whole rows, their side pads included, and so only after those: take the row that stands in and pad it too.
   const auto fill_row = [&](int y) {
-    const int from = edge_index(y, height, edge);
+    const int from = static_cast<int>(edge_index(edge, y, height));
     float* target = buffer.row(y) + static_cast<ptrdiff_t>(need.x0) * channels;
     if (from < rows.y0 || from >= rows.y1) {
       std::memset(target, 0, static_cast<size_t>(need.x1 - need.x0) * pixel);
@@ -152,7 +139,7 @@ void fill_edges(StripBuffer& buffer, const triad_rect& need, int height, int edg
       return;
     }
     for (int x = need.x0; x < need.x1; ++x) {
-      const int column = edge_index(x, width, edge);
+      const int column = static_cast<int>(edge_index(edge, x, width));
       float* out = buffer.row(y) + static_cast<ptrdiff_t>(x) * channels;
       if (column < 0)
         std::memset(out, 0, pixel);

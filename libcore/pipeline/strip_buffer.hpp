@@ -75,9 +75,6 @@ class StripBuffer {
   Pads pads_;
 };
 
-// The sample that stands at `i` when a line of n samples is continued by `edge`; -1 for TRIAD_EDGE_ZERO beyond
-// the line. n >= 1.
-int edge_index(int64_t i, int n, int edge);
 // The picture's rows that `need` refers to, overhang included, in a picture of `height` rows.
 RowRange row_hull(const triad_rect& need, int height, int edge);
 Pads overhang(const triad_rect& need, int width, RowRange rows);

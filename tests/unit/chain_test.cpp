@@ -7,7 +7,7 @@
 #include <fstream>
 #include <triad/base/error.hpp>
 #include <triad/pipeline/chain.hpp>
-#include <triad/pipeline/strip_buffer.hpp>
+#include <triad/pipeline/edge.hpp>
 
 namespace fs = std::filesystem;
 using namespace triad;
@@ -97,12 +97,12 @@ TEST_F(ChainFiles, FramesOfASequence) {
 TEST(Edges, ContinueALineAsNamed) {
   const auto line = [](int edge) {
     std::vector<int> places;
-    for (int i = -7; i < 10; ++i) places.push_back(edge_index(i, 3, edge));
+    for (int i = -7; i < 10; ++i) places.push_back(static_cast<int>(edge_index(edge, i, 3)));
     return places;
   };
   EXPECT_THAT(line(TRIAD_EDGE_CLAMP), ElementsAre(0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 2, 2, 2, 2, 2, 2, 2));
   EXPECT_THAT(line(TRIAD_EDGE_MIRROR), ElementsAre(0, 0, 1, 2, 2, 1, 0, 0, 1, 2, 2, 1, 0, 0, 1, 2, 2));
   EXPECT_THAT(line(TRIAD_EDGE_WRAP), ElementsAre(2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0));
   EXPECT_THAT(line(TRIAD_EDGE_ZERO), ElementsAre(-1, -1, -1, -1, -1, -1, -1, 0, 1, 2, -1, -1, -1, -1, -1, -1, -1));
-  EXPECT_EQ(edge_index(-5, 1, TRIAD_EDGE_MIRROR), 0);
+  EXPECT_EQ(edge_index(TRIAD_EDGE_MIRROR, -5, 1), 0);
 }

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a chain is executed: plans, strips, threads, frames, and chains in files.
+#include "cli.hpp"
+#include "pictures.hpp"
+
+namespace cli {
+namespace {
+
+using Chain = Cli;
+
+TEST_F(Chain, GivesTheSameBitsForAnyThreadsAndStrips) {
+  save(path("wide.exr"), noise(3 * 67, 83));
+  const std::vector<std::vector<std::string>> chains{
+      {"platt:engine=fft"}, {"platt:engine=fir,taps=31"}, {"subpixel"}, {"box:x=3,y=2", "crop:x=1,y=2,w=50,h=30"}};
+  for (const auto& chain : chains) {
+    std::vector<std::string> arguments{"run", "wide.exr", "--cells", "3x1"};
+    arguments.insert(arguments.end(), chain.begin(), chain.end());
+    arguments.insert(arguments.end(), {"-o", "out.exr", "--depth", "float"});
+    expect_success(arguments);
+    const std::vector<float> expected = load(path("out.exr")).values;
+    for (const std::string threads : {"1", "2", "7"})
+      for (const std::string rows : {"1", "7", "64"}) {
+        std::filesystem::remove(path("out.exr"));
+        std::vector<std::string> again = arguments;
+        again.insert(again.end(), {"--threads", threads, "--strip-rows", rows});
+        expect_success(again);
+        EXPECT_EQ(load(path("out.exr")).values, expected) << chain[0] << " threads " << threads << " rows " << rows;
+      }
+  }
+}
+
+TEST_F(Chain, ScoresTheSameForAnyThreadsAndStrips) {
+  save(path("wide.exr"), noise(3 * 67, 83));
+  save(path("shown.exr"), noise(67, 83, 3, 2));
+  std::set<std::string> display, error;
+  for (const std::string threads : {"1", "2", "7"})
+    for (const std::string rows : {"1", "7", "64"}) {
+      display.insert(compare({"shown.exr", "--ref", "wide.exr", "--ref-cells", "3x1", "-m", "display", "--threads",
+                              threads, "--strip-rows", rows})[0]["scores"]
+                         .dump());
+      error.insert(compare({"shown.exr", "--ref", "shown.exr", "-m", "error", "--threads", threads, "--strip-rows",
+                            rows})[0]["scores"]
+                       .dump());
+    }
+  EXPECT_EQ(display.size(), 1u);
+  EXPECT_EQ(error.size(), 1u);
+}
+
+TEST_F(Chain, ExplainsWithoutTouchingAPixel) {
+  save(path("whole.exr"), noise(300, 200));
+  truncate_copy(path("whole.exr"), path("cut.exr"), .3);
+  expect_refusal({"run", "cut.exr", "--cells", "3x1", "platt", "-o", "out.png"}, {"cut.exr"});
+  const Outcome outcome = expect_success({"run", "cut.exr", "--cells", "3x1", "platt", "-o", "out.png", "--explain"});
+  for (const std::string word : {"platt", "300x200", "100x200", "srgb", "MB"})
+    EXPECT_NE(outcome.out.find(word), std::string::npos) << word << " is not in:\n" << outcome.out;
+  EXPECT_FALSE(exists("out.png"));
+}
+
+TEST_F(Chain, RunsFramesInOneCall) {
+  for (const int frame : {1, 2, 11})
+    save(path("in.00" + std::string(frame < 10 ? "0" : "") + std::to_string(frame) + ".exr"),
+         constant(6, 2, {static_cast<float>(frame) / 16, 0, 1}));
+  expect_success({"run", "in.####.exr", "box:x=3", "-o", "out.####.exr"});
+  for (const std::string frame : {"0001", "0002", "0011"}) {
+    const Picture out = load(path("out." + frame + ".exr"));
+    EXPECT_EQ(out.width, 2);
+    EXPECT_EQ(out.at(1, 1, 0), std::stof(frame) / 16) << frame;
+  }
+  EXPECT_EQ(files().size(), 6u);
+}
+
+TEST_F(Chain, RefusesFramesThatCannotBe) {
+  expect_refusal({"run", "in.####.exr", "-o", "out.####.exr"}, {"in.####.exr"});
+  save(path("in.0001.exr"), noise(4, 4));
+  save(path("in.0002.exr"), noise(4, 4));
+  expect_refusal({"run", "in.####.exr", "-o", "out.exr"}, {"out.exr", "#"});
+}
+
+TEST_F(Chain, KeepsIntermediatePictures) {
+  save(path("in.exr"), noise(12, 6));
+  expect_success({"run", "in.exr", "write:first.exr", "box:x=2", "write:second.png", "box:x=2", "-o", "third.exr"});
+  EXPECT_EQ(load(path("first.exr")).width, 12);
+  EXPECT_EQ(load(path("second.png")).width, 6);
+  EXPECT_EQ(load(path("third.exr")).width, 3);
+}
+
+TEST_F(Chain, IsTheSameInAFile) {
+  save(path("wide.exr"), noise(60, 12));
+  save(path("ref.exr"), noise(8, 6, 3, 2));
+  save_text(path("chain.toml"),
+            "[[stage]]\nname = \"platt\"\nppd = 55.5\nlayout = \"bgr\"\n\n"
+            "[[stage]]\nwrite = \"filed-mid.exr\"\n\n"
+            "[[stage]]\nname = \"crop\"\nx = 4\ny = 2\nw = 8\nh = 6\n\n"
+            "[[metric]]\nname = \"error\"\nlabel = \"plain\"\n");
+  const std::vector<std::string> common{"run",     "wide.exr", "--cells", "3x1",    "--ref",
+                                        "ref.exr", "--depth",  "float",   "--json", "-"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), common.begin(), common.end());
+    return expect_success(more).json()["results"][0];
+  };
+  const nlohmann::json filed = with({"--chain", "chain.toml", "-o", "filed.exr"});
+  const nlohmann::json typed = with({"platt:ppd=55.5,layout=bgr", "write:typed-mid.exr", "crop:x=4,y=2,w=8,h=6", "-m",
+                                     "error@plain", "-o", "typed.exr"});
+  EXPECT_EQ(filed["scores"], typed["scores"]);
+  EXPECT_EQ(filed["label"], "plain");
+  EXPECT_EQ(load(path("filed.exr")).values, load(path("typed.exr")).values);
+  EXPECT_EQ(load(path("filed-mid.exr")).values, load(path("typed-mid.exr")).values);
+  EXPECT_EQ(load(path("filed.exr")).width, 8);
+}
+
+TEST_F(Chain, StaysWithinItsMemory) {
+  save(path("in.exr"), noise(3000, 600), "half");
+  expect_success(
+      {"run", "in.exr", "--cells", "3x1", "platt:engine=fir,taps=31", "-o", "out.exr", "--max-memory", "64M"});
+  EXPECT_EQ(load(path("out.exr")).width, 1000);
+  expect_refusal({"run", "in.exr", "--cells", "3x1", "platt", "-o", "no.exr", "--max-memory", "4K"},
+                 {"--max-memory"});
+}
+
+}  // namespace
+}  // namespace cli
