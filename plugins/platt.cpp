@@ -34,7 +34,7 @@ class Pool {
   std::vector<std::unique_ptr<T>> free_;
 };
 
-// Turns cells into drives. begin_cell() and end_cell(): what pixel 0 reads, or the whole row.
+// Turns cells into drives. Pixel 0 reads the cells first_cell() .. last_cell(), unless whole_rows().
 class Engine {
  public:
   virtual ~Engine() = default;
