@@ -96,13 +96,9 @@ void apply_processor(const ocio::CPUProcessor& processor, bool linear, float* pi
 
 }  // namespace colour
 
-namespace {
-const std::string kNoSpace;
-}
-
 bool ColourTransform::identity() const { return !impl_ || impl_->identity; }
-const std::string& ColourTransform::from() const { return impl_ ? impl_->from : kNoSpace; }
-const std::string& ColourTransform::to() const { return impl_ ? impl_->to : kNoSpace; }
+const std::string& ColourTransform::from() const { return impl_->from; }
+const std::string& ColourTransform::to() const { return impl_->to; }
 
 void ColourTransform::apply(float* pixels, size_t count, int channels, int alpha) const {
   if (identity() || count == 0) return;
