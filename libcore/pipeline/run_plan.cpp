@@ -256,12 +256,12 @@ void Run::Impl::plan_drives() {
     if (whole) {
       hold(i + 1);
     } else if (filter.plan().threads == TRIAD_SERIAL && i + 1 < levels()) {
-      // A serial stage sees each of its strips once: the next stage may not ask for rows again.
+      // A serial stage sees each of its strips once: the next stage may not ask for rows again, however the
+      // picture is cut, down to single rows.
       const FilterNode& next = *filters[static_cast<size_t>(i) + 1];
       uint64_t asked = 0;
-      const int height = next.out().height, step = std::min(height, kMetricStripRows);
-      for (int y = 0; y < height; y += step) {
-        const RowRange rows = next.needs(next.plan().passes - 1, {y, std::min(height, y + step)}).in;
+      for (int y = 0; y < next.out().height; ++y) {
+        const RowRange rows = next.needs(next.plan().passes - 1, {y, y + 1}).in;
         asked += static_cast<uint64_t>(rows.y1 - rows.y0);
       }
       if (asked != static_cast<uint64_t>(level(i + 1).height) || next.plan().passes > 1) {
