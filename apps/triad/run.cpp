@@ -51,7 +51,7 @@ void run(const RunOptions& options) {
 
   request.input.read = options.picture.read();
   request.output_space = options.picture.to;
-  request.write.depth = parse_depth(options.depth);
+  if (!options.depth.empty()) request.write.depth = parse_depth(options.depth);
   request.write.compression = options.compression;
   request.nan = parse_nan(options.nan, {"fail", "zero", "keep"});
   request.metric_nan = request.nan == NanPolicy::kZero ? NanPolicy::kZero : NanPolicy::kFail;

@@ -133,7 +133,8 @@ typedef struct {
   const char* unit;           /* "px", "ppd", ...; NULL none */
   uint32_t flags;             /* TRIAD_PARAM_... */
   uint32_t max_count;         /* FLOATS: the longest list; else 0 */
-  double min, max;            /* INT, FLOAT and each of FLOATS; -HUGE_VAL and HUGE_VAL for none; never NaN */
+  double min, max;            /* INT, FLOAT and each of FLOATS; -HUGE_VAL and HUGE_VAL for none; never NaN.
+                                 Values themselves are always finite */
   triad_value def;            /* must itself validate, unless the parameter is required */
   const char* const* choices; /* CHOICE: stable names, NULL-terminated; else NULL */
 } triad_param;

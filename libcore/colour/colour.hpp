@@ -16,7 +16,7 @@ const std::array<double, 9>& rec709_to_xyz();
 
 class ColourConfig;
 
-// A compiled transform. Thread-safe.
+// A compiled transform; without one, the identity. Thread-safe.
 class ColourTransform {
  public:
   // True when values would not change; then apply() need not be called (and does nothing).

@@ -96,12 +96,12 @@ void apply_processor(const ocio::CPUProcessor& processor, bool linear, float* pi
 
 }  // namespace colour
 
-bool ColourTransform::identity() const { return impl_->identity; }
+bool ColourTransform::identity() const { return !impl_ || impl_->identity; }
 const std::string& ColourTransform::from() const { return impl_->from; }
 const std::string& ColourTransform::to() const { return impl_->to; }
 
 void ColourTransform::apply(float* pixels, size_t count, int channels, int alpha) const {
-  if (impl_->identity || count == 0) return;
+  if (identity() || count == 0) return;
   if (impl_->own)
     impl_->own->apply(pixels, count, channels, alpha);
   else

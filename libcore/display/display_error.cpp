@@ -18,11 +18,9 @@ int checked_width(const Layout& layout, const Observer& observer, int width_px, 
 DisplayError::DisplayError(const Layout& layout, const Observer& observer, int width_px, Edge edge, Range range)
     : layout_(layout),
       width_px_(checked_width(layout, observer, width_px, edge)),
-      cells_(width_px * layout.cells_x),
-      edge_(edge),
+      ring_px_(ring_px(width_px, edge)),
       range_(range),
-      ring_(static_cast<size_t>(cells_)),
-      mirror_(static_cast<size_t>(cells_)) {
+      ring_(static_cast<size_t>(ring_px_) * layout.cells_x) {
   const auto opponent = opponent_matrix(observer);
   std::copy(opponent.begin(), opponent.end(), opponent_);
   for (int o = 0; o < 3; ++o) {
@@ -32,32 +30,26 @@ DisplayError::DisplayError(const Layout& layout, const Observer& observer, int w
       for (int d = 0; d < 3; ++d) emission_[o][c] += layout_.cells_x * opponent_[3 * c + d] * emitter.primary[d];
     }
   }
-  const size_t frequencies = edge == Edge::kMirror ? mirror_.size() : ring_.spectrum_size();
-  const double ring_cells = edge == Edge::kMirror ? 2. * cells_ : cells_;
+  const double ring_cells = static_cast<double>(ring_.size());
   for (int c = 0; c < 3; ++c) {
-    weights_[c] = AlignedBuffer<double>(frequencies);
-    for (size_t n = 0; n < frequencies; ++n) {
+    weights_[c] = AlignedBuffer<double>(ring_.spectrum_size());
+    for (size_t n = 0; n < ring_.spectrum_size(); ++n) {
       const double f_cpd = static_cast<double>(n) / ring_cells * layout_.cells_x * observer.ppd;
       weights_[c][n] = mtf(observer, c, f_cpd) / ring_cells;
     }
   }
 }
 
-DisplayError::Workspace::Workspace(const DisplayError& measure) {
-  for (auto& plane : error_) plane = AlignedBuffer<double>(static_cast<size_t>(measure.cells_));
-  if (measure.edge_ == Edge::kMirror) {
-    cosines_ = AlignedBuffer<double>(measure.mirror_.size());
-  } else {
-    spectrum_ = AlignedBuffer<std::complex<double>>(measure.ring_.spectrum_size());
-  }
+DisplayError::Workspace::Workspace(const DisplayError& measure) : spectrum_(measure.ring_.spectrum_size()) {
+  for (auto& plane : error_) plane = AlignedBuffer<double>(measure.ring_.size());
 }
 
 DisplayError::Clamped DisplayError::row(const float* test, const float* target, double* energy,
                                         Workspace& work) const {
-  const int S = layout_.cells_x;
+  const int S = layout_.cells_x, cells = S * width_px_;
   Clamped clamped;
-  // The target's light, negative.
-  for (int k = 0; k < cells_; ++k) {
+  // The target's light, negative; on a mirrored ring the second half is the first one backwards.
+  for (int k = 0; k < cells; ++k) {
     double rgb[3];
     bool outside = false;
     for (int d = 0; d < 3; ++d) {
@@ -68,10 +60,13 @@ DisplayError::Clamped DisplayError::row(const float* test, const float* target, 
       }
     }
     clamped.target_cells += outside;
-    for (int c = 0; c < 3; ++c)
-      work.error_[c][static_cast<size_t>(k)] =
-          -(opponent_[3 * c] * rgb[0] + opponent_[3 * c + 1] * rgb[1] + opponent_[3 * c + 2] * rgb[2]);
+    for (int c = 0; c < 3; ++c) {
+      const double light = opponent_[3 * c] * rgb[0] + opponent_[3 * c + 1] * rgb[1] + opponent_[3 * c + 2] * rgb[2];
+      work.error_[c][static_cast<size_t>(k)] = -light;
+      if (ring_px_ > width_px_) work.error_[c][ring_.size() - 1 - static_cast<size_t>(k)] = -light;
+    }
   }
+  // The panel's light. Drives are mirrored by pixels: the panel goes on, it does not turn round.
   for (int x = 0; x < width_px_; ++x) {
     bool outside = false;
     for (int o = 0; o < 3; ++o) {
@@ -81,22 +76,19 @@ DisplayError::Clamped DisplayError::row(const float* test, const float* target, 
         drive = std::clamp(drive, 0., 1.);
       }
       for (const EmitterCell& cell : layout_.emitters[layout_.emitter_of(o)].cells)
-        for (int c = 0; c < 3; ++c)
-          work.error_[c][static_cast<size_t>(x) * S + cell.x] += emission_[o][c] * cell.share * drive;
+        for (int c = 0; c < 3; ++c) {
+          const double light = emission_[o][c] * cell.share * drive;
+          work.error_[c][static_cast<size_t>(x) * S + cell.x] += light;
+          if (ring_px_ > width_px_) work.error_[c][static_cast<size_t>(ring_px_ - 1 - x) * S + cell.x] += light;
+        }
     }
     clamped.test_pixels += outside;
   }
 
   for (int c = 0; c < 3; ++c) {
-    if (edge_ == Edge::kMirror) {
-      mirror_.forward(work.error_[c].data(), work.cosines_.data());
-      for (size_t n = 0; n < mirror_.size(); ++n) work.cosines_[n] *= weights_[c][n];
-      mirror_.inverse(work.cosines_.data(), work.error_[c].data());
-    } else {
-      ring_.forward(work.error_[c].data(), work.spectrum_.data());
-      for (size_t n = 0; n < ring_.spectrum_size(); ++n) work.spectrum_[n] *= weights_[c][n];
-      ring_.inverse(work.spectrum_.data(), work.error_[c].data());
-    }
+    ring_.forward(work.error_[c].data(), work.spectrum_.data());
+    for (size_t n = 0; n < ring_.spectrum_size(); ++n) work.spectrum_[n] *= weights_[c][n];
+    ring_.inverse(work.spectrum_.data(), work.error_[c].data());
     for (int x = 0; x < width_px_; ++x) {
       double sum = 0;
       for (int i = 0; i < S; ++i) {
@@ -109,8 +101,8 @@ DisplayError::Clamped DisplayError::row(const float* test, const float* target, 
   return clamped;
 }
 
-void DisplayTotals::add_row(const double* energies, const float* mask, int width_px, int border_px) {
-  for (int x = border_px; x < width_px - border_px; ++x) {
+void DisplayTotals::add_pixels(const double* energies, const float* mask, int x0, int x1) {
+  for (int x = x0; x < x1; ++x) {
     const double w = mask ? static_cast<double>(mask[x]) : 1;
     weight.add(w);
     for (int c = 0; c < 3; ++c) energy[c].add(w * energies[static_cast<ptrdiff_t>(x) * 3 + c]);

@@ -7,9 +7,9 @@
 // row's cells, of the squared error as the eye has blurred it, and so is computed in space: pixels can be
 // weighed, and a map falls out. Units: linear light with white at 1, squared; rmse = sqrt(mean of e over rows).
 //
-// Edges: kWrap takes the row as a ring of N = S W cells. kMirror continues the error with its mirror image,
-// N = 2 S W. A white picture scores not quite 0 but what the eye sees of the panel's own stripes: 2e-6 at
-// 40 ppd.
+// Edges: kWrap takes the row as a ring of N = S W cells. kMirror continues both pictures with their mirror
+// images, on a panel that goes on as it was, N = 2 S W, and keeps the error of the W pixels that are there.
+// A white picture scores what the eye sees of the panel's own stripes: 2e-6 at 40 ppd, 0 at 120.
 #pragma once
 
 #include <complex>
@@ -42,7 +42,7 @@ class DisplayError {
 
    private:
     friend class DisplayError;
-    AlignedBuffer<double> error_[3], cosines_;
+    AlignedBuffer<double> error_[3];
     AlignedBuffer<std::complex<double>> spectrum_;
   };
 
@@ -56,14 +56,12 @@ class DisplayError {
 
  private:
   Layout layout_;
-  int width_px_, cells_;
-  Edge edge_;
+  int width_px_, ring_px_;
   Range range_;
   double opponent_[9];
   double emission_[3][3];  // [rgb channel that drives][opponent channel]: cells_x * C P_e
   RealFft<double> ring_;
-  CosineTransform<double> mirror_;
-  AlignedBuffer<double> weights_[3];  // MTF at each frequency, over the transforms' factor
+  AlignedBuffer<double> weights_[3];  // MTF at each frequency, over the number of cells
 };
 
 // Weighted sums of energies over pixels. A plain record: all bytes zero is empty, and it may be copied as
@@ -72,8 +70,9 @@ struct DisplayTotals {
   NeumaierSum energy[3], weight;
   int64_t clamped_test_pixels, clamped_target_cells;
 
-  // Adds a row's pixels but for border_px at each end. mask: one weight >= 0 per pixel, or null for all 1.
-  void add_row(const double* energies, const float* mask, int width_px, int border_px);
+  // Adds the pixels x0 .. x1 - 1 of a row. energies: as DisplayError::row gave them, of the whole row; mask: one
+  // weight >= 0 per pixel, mask[x] of pixel x, or null for all 1.
+  void add_pixels(const double* energies, const float* mask, int x0, int x1);
   void merge(const DisplayTotals& later);
 
   // sqrt of the weighted mean energy; not a number when every weight was 0.

@@ -14,9 +14,11 @@
 // each m is a problem of 3 S equations: the cost is O(T), where the dense system costs O(T^3).
 #pragma once
 
+#include <array>
 #include <complex>
 #include <triad/display/layout.hpp>
 #include <triad/display/vision.hpp>
+#include <triad/numeric/polyphase.hpp>
 #include <vector>
 
 namespace triad {
@@ -34,7 +36,7 @@ struct FilterOptions {
 class FilterDesign {
  public:
   // Throws Error(kUsage): layout not is_rows(), observer refused, lambda outside 0..1, tiles outside
-  // 1 .. 2^27. Takes time and memory proportional to `tiles`: about 3 us and 450 bytes each.
+  // 1 .. 2^27. Takes time and memory proportional to `tiles`: about 1 us and 220 bytes each.
   FilterDesign(const Layout& layout, const Observer& observer, int tiles, const FilterOptions& options = {});
 
   const Layout& layout() const { return layout_; }
@@ -73,29 +75,16 @@ struct BoxWindow {
 };
 BoxWindow displaced_box(const Layout& layout, int emitter);
 
-// A filter as a convolution: out[x * 3 + o] = sum over tap t and channel d of
-// coefficients[(o * taps + t) * 3 + d] * cells[(S * x + first_cell[o] + t) * 3 + d].
-template <class Real>
-struct FirKernel {
-  int taps = 0;                   // fine cells
-  int cells_per_pixel = 0;        // S
-  int first_cell[3] = {0, 0, 0};  // per output channel, counted from the pixel's first cell
-  std::vector<Real> coefficients;
-
-  // The smallest first cell, and one past the largest last cell.
-  int begin_cell() const;
-  int end_cell() const;
-};
-
 // The design's kernels, once in full, from which truncated ones are cut.
 class ImpulseResponse {
  public:
   explicit ImpulseResponse(const FilterDesign& design);
 
-  // taps cells around each emitter's centre cell: (taps - 1) / 2 to either side, for an even number one more
-  // to the left. 1 .. design.cells(). Where flat fields were asked for exactly, what truncation takes from
-  // them is given back through the displaced box. Throws Error(kUsage) for taps out of range.
-  FirKernel<double> truncated(int taps) const;
+  // One kernel per output channel: taps cells around its emitter's centre cell, (taps - 1) / 2 to either
+  // side, for an even number one more to the left. 1 .. cells() of the design. Where flat fields were asked for
+  // exactly, what truncation takes from them is given back through the displaced box. Throws Error(kUsage) for
+  // taps out of range.
+  std::array<FirKernel, 3> truncated(int taps) const;
   // What truncated(taps) leaves out: the largest over the outputs of sum|cut| / sum|all|.
   double truncation_error(int taps) const;
   // The smallest odd number of taps, at least a pixel's cells, with truncation_error <= target; all cells if
@@ -106,6 +95,7 @@ class ImpulseResponse {
 
  private:
   double at(int output, int rgb, int cell) const;  // cell may be negative: the ring continues
+  void restore_flat_fields(FirKernel& kernel, int output, int taps) const;
 
   Layout layout_;
   int cells_;
@@ -114,13 +104,12 @@ class ImpulseResponse {
   int centre_cell_[3];
 };
 
-FirKernel<float> to_float(const FirKernel<double>& kernel);
-
-// Plain convolution of a row: `cells` holds interleaved RGB for the cells from first_cell on (as counted from
-// the row's first cell, so negative where the row was padded) and must reach from
-// S * x0 + kernel.begin_cell() to S * (x1 - 1) + kernel.end_cell(). Writes out[(x - x0) * 3 + o] for x in
-// [x0, x1). One tap after another, in Real: the reference for faster code.
+// Plain convolution of a row: out[(x - x0) * 3 + o] = sum over taps t and channels d of
+// kernels[o].coefficients[3 t + d] * cell(S x + first_cell + t)[d] for x in [x0, x1). `cells` points at the row's
+// cell 0; whatever the kernels reach must be there, also before it. One term after another, in Real: the
+// reference for faster code.
 template <class Real>
-void convolve_row(const FirKernel<Real>& kernel, const Real* cells, int first_cell, int x0, int x1, Real* out);
+void convolve_row(const std::array<FirKernel, 3>& kernels, int cells_per_pixel, const Real* cells, int x0, int x1,
+                  Real* out);
 
 }  // namespace triad

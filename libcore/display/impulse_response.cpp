@@ -42,38 +42,37 @@ double ImpulseResponse::at(int output, int rgb, int cell) const {
   return response_[static_cast<size_t>(output * 3 + rgb) * cells_ + wrapped];
 }
 
-FirKernel<double> ImpulseResponse::truncated(int taps) const {
+std::array<FirKernel, 3> ImpulseResponse::truncated(int taps) const {
   if (taps < 1 || taps > cells_)
     throw_usage("taps is " + std::to_string(taps) + ": a row of " + std::to_string(cells_) + " cells allows 1 to " +
                 std::to_string(cells_));
-  FirKernel<double> kernel;
-  kernel.taps = taps;
-  kernel.cells_per_pixel = layout_.cells_x;
-  kernel.coefficients.resize(9 * static_cast<size_t>(taps));
+  std::array<FirKernel, 3> kernels;
   for (int o = 0; o < 3; ++o) {
-    const int first = centre_cell_[o] - taps / 2;
-    kernel.first_cell[o] = first;
-    double* out = kernel.coefficients.data() + static_cast<size_t>(o) * taps * 3;
+    FirKernel& kernel = kernels[o];
+    kernel.first_cell = centre_cell_[o] - taps / 2;
     for (int t = 0; t < taps; ++t)
-      for (int d = 0; d < 3; ++d) out[t * 3 + d] = at(o, d, first + t);
-    if (!exact_flat_fields_) continue;
-    const BoxWindow box = displaced_box(layout_, layout_.emitter_of(o));
-    for (int d = 0; d < 3; ++d) {
-      NeumaierSum sum;
-      for (int t = 0; t < taps; ++t) sum.add(out[t * 3 + d]);
-      const double missing = (o == d ? 1.0 : 0.0) - sum.value();
-      double inside = 0;  // a kernel shorter than the box holds a part of it
-      for (size_t i = 0; i < box.weights.size(); ++i) {
-        const int t = box.first_cell + static_cast<int>(i) - first;
-        if (t >= 0 && t < taps) inside += box.weights[i];
-      }
-      for (size_t i = 0; i < box.weights.size(); ++i) {
-        const int t = box.first_cell + static_cast<int>(i) - first;
-        if (t >= 0 && t < taps) out[t * 3 + d] += missing * box.weights[i] / inside;
-      }
-    }
+      for (int d = 0; d < 3; ++d) kernel.coefficients.push_back(at(o, d, kernel.first_cell + t));
+    if (exact_flat_fields_) restore_flat_fields(kernel, o, taps);
   }
-  return kernel;
+  return kernels;
+}
+
+void ImpulseResponse::restore_flat_fields(FirKernel& kernel, int output, int taps) const {
+  const BoxWindow box = displaced_box(layout_, layout_.emitter_of(output));
+  const auto for_each_inside = [&](const auto& body) {  // a kernel shorter than the box holds a part of it
+    for (size_t i = 0; i < box.weights.size(); ++i) {
+      const int t = box.first_cell + static_cast<int>(i) - kernel.first_cell;
+      if (t >= 0 && t < taps) body(static_cast<size_t>(t), box.weights[i]);
+    }
+  };
+  double inside = 0;
+  for_each_inside([&](size_t, double weight) { inside += weight; });
+  for (int d = 0; d < 3; ++d) {
+    NeumaierSum sum;
+    for (int t = 0; t < taps; ++t) sum.add(kernel.coefficients[static_cast<size_t>(t * 3 + d)]);
+    const double missing = (output == d ? 1.0 : 0.0) - sum.value();
+    for_each_inside([&](size_t t, double weight) { kernel.coefficients[3 * t + d] += missing * weight / inside; });
+  }
 }
 
 double ImpulseResponse::truncation_error(int taps) const {
@@ -119,39 +118,17 @@ double ImpulseResponse::l1_norm() const {
 }
 
 template <class Real>
-int FirKernel<Real>::begin_cell() const {
-  return *std::min_element(first_cell, first_cell + 3);
-}
-template <class Real>
-int FirKernel<Real>::end_cell() const {
-  return *std::max_element(first_cell, first_cell + 3) + taps;
-}
-template struct FirKernel<float>;
-template struct FirKernel<double>;
-
-FirKernel<float> to_float(const FirKernel<double>& kernel) {
-  FirKernel<float> out;
-  out.taps = kernel.taps;
-  out.cells_per_pixel = kernel.cells_per_pixel;
-  std::copy(kernel.first_cell, kernel.first_cell + 3, out.first_cell);
-  for (const double value : kernel.coefficients) out.coefficients.push_back(static_cast<float>(value));
-  return out;
-}
-
-template <class Real>
-void convolve_row(const FirKernel<Real>& kernel, const Real* cells, int first_cell, int x0, int x1, Real* out) {
-  const int samples = kernel.taps * 3;
+void convolve_row(const std::array<FirKernel, 3>& kernels, int cells_per_pixel, const Real* cells, int x0, int x1,
+                  Real* out) {
   for (int x = x0; x < x1; ++x)
-    for (int o = 0; o < 3; ++o) {
-      const Real* in =
-          cells + 3 * (static_cast<ptrdiff_t>(kernel.cells_per_pixel) * x + kernel.first_cell[o] - first_cell);
-      const Real* coefficients = kernel.coefficients.data() + static_cast<ptrdiff_t>(o) * samples;
+    for (const FirKernel& kernel : kernels) {
+      const Real* in = cells + 3 * (static_cast<ptrdiff_t>(cells_per_pixel) * x + kernel.first_cell);
       Real sum = 0;
-      for (int i = 0; i < samples; ++i) sum += coefficients[i] * in[i];
-      out[static_cast<ptrdiff_t>(x - x0) * 3 + o] = sum;
+      for (const double coefficient : kernel.coefficients) sum += static_cast<Real>(coefficient) * *in++;
+      *out++ = sum;
     }
 }
-template void convolve_row(const FirKernel<float>&, const float*, int, int, int, float*);
-template void convolve_row(const FirKernel<double>&, const double*, int, int, int, double*);
+template void convolve_row(const std::array<FirKernel, 3>&, int, const float*, int, int, float*);
+template void convolve_row(const std::array<FirKernel, 3>&, int, const double*, int, int, double*);
 
 }  // namespace triad

@@ -13,14 +13,14 @@
 namespace triad {
 namespace {
 
+using polyphase::kCacheLine;
 using polyphase::Plan;
 using polyphase::Segment;
 
 // Sequential float sums of more terms than this lose digits to sheer length: a sum of n equal terms can be off
 // by n/4 units in the last place.
-constexpr int kMostStepsInASum = 64;
+constexpr size_t kMostStepsInASum = 64;
 constexpr int kFarthestCell = 1 << 24;
-constexpr size_t kCacheLine = 64;  // bytes; also the alignment of the widest vector
 
 struct Step {
   unsigned outputs;  // bit e: output e has a coefficient
@@ -116,30 +116,29 @@ struct PolyphaseFir<Real>::State {
 #endif
   }
 
-  // Runs of steps with the same outputs become segments of nearly equal length.
+  // Cuts the steps into sums of nearly equal length, and these into segments with the same outputs.
   void fill(const std::vector<Step>& steps) {
-    for (size_t begin = 0, end = 0; begin < steps.size(); begin = end) {
-      while (end < steps.size() && steps[end].outputs == steps[begin].outputs) ++end;
-      const size_t pieces = (end - begin + kMostStepsInASum - 1) / kMostStepsInASum;
-      for (size_t i = 0; i < pieces; ++i)
-        add_segment(steps, begin + (end - begin) * i / pieces, begin + (end - begin) * (i + 1) / pieces);
+    const size_t sums = (steps.size() + kMostStepsInASum - 1) / kMostStepsInASum;
+    for (size_t i = 0, begin = 0; i < sums; ++i) {
+      const size_t sum_end = steps.size() * (i + 1) / sums;
+      while (begin < sum_end) {
+        size_t end = begin;
+        while (end < sum_end && steps[end].outputs == steps[begin].outputs) ++end;
+        add_segment(steps, begin, end, end == sum_end);
+        begin = end;
+      }
     }
   }
 
-  void add_segment(const std::vector<Step>& steps, size_t begin, size_t end) {
-    Segment segment{};
-    for (int e = 0; e < 3; ++e)
-      if (steps[begin].outputs >> e & 1) segment.output[segment.outputs++] = e;
-    segment.first_step = static_cast<int>(begin);
-    segment.first_coefficient = static_cast<int>(coefficients.size());
-    segment.steps = static_cast<int>(end - begin);
+  void add_segment(const std::vector<Step>& steps, size_t begin, size_t end, bool ends_sum) {
+    segments.push_back({static_cast<int>(steps[begin].outputs), static_cast<int>(begin),
+                        static_cast<int>(coefficients.size()), static_cast<int>(end - begin), ends_sum});
     for (size_t i = begin; i < end; ++i) {
       offsets.push_back(static_cast<int32_t>(static_cast<size_t>(steps[i].plane) * plan.plane_stride) +
                         steps[i].shift_px);
-      for (int e = 0; e < segment.outputs; ++e)
-        coefficients.push_back(static_cast<Real>(steps[i].coefficients[segment.output[e]]));
+      for (unsigned e = 0; e < 3; ++e)
+        if (steps[i].outputs >> e & 1) coefficients.push_back(static_cast<Real>(steps[i].coefficients[e]));
     }
-    segments.push_back(segment);
   }
 };
 

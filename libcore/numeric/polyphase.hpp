@@ -20,8 +20,8 @@ struct FirKernel {
 };
 
 // Working memory of PolyphaseFir::apply_row. It grows to what the largest filter it was used with needs
-// (9 planes of some 400 values for three cells a pixel and short kernels) and may serve any number of filters,
-// one call at a time: keep one for each thread.
+// (for three cells a pixel 9 planes of 64 values and a kernel's length in pixels) and may serve any number of
+// filters, one call at a time: keep one for each thread.
 class PolyphaseScratch {
  public:
   // At least `bytes` of memory aligned to a cache line; earlier contents may be lost.

@@ -11,7 +11,7 @@ struct Avx2 {
   using Real = float;
   using Register = __m256;
   static constexpr int kLanes = 8;
-  static constexpr int kTile[4] = {0, 8, 4, 4};
+  static constexpr int kTile = 4;
   static Register zero() { return _mm256_setzero_ps(); }
   static Register load(const float* p) {
     Register v = _mm256_loadu_ps(p);

@@ -11,7 +11,7 @@ struct Avx512 {
   using Real = float;
   using Register = __m512;
   static constexpr int kLanes = 16;
-  static constexpr int kTile[4] = {0, 8, 8, 8};
+  static constexpr int kTile = 4;
   static Register zero() { return _mm512_setzero_ps(); }
   static Register load(const float* p) {
     Register v = _mm512_loadu_ps(p);

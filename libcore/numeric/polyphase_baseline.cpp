@@ -12,7 +12,7 @@ struct Baseline {
   using Real = T;
   static constexpr int kLanes = 16 / sizeof(T);
   typedef T Register __attribute__((vector_size(16)));
-  static constexpr int kTile[4] = {0, 8, 4, 3};
+  static constexpr int kTile = 3;
   static Register zero() { return Register{}; }
   static Register load(const T* p) {
     Register v;
@@ -24,7 +24,7 @@ struct Baseline {
   static Register add(Register a, Register b) { return a + b; }
   static Register multiply_add(Register a, Register b, Register c) { return a * b + c; }
   // Nothing to gain without shuffles across three vectors: the scalar loops that follow do it all.
-  static ptrdiff_t deinterleave(const T*, ptrdiff_t, ptrdiff_t, T*, size_t) { return 0; }
+  static ptrdiff_t deinterleave(const T*, ptrdiff_t, ptrdiff_t, ptrdiff_t, T*, size_t) { return 0; }
   static int interleave(const T*, T*, int) { return 0; }
 };
 

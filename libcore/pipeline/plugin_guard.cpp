@@ -152,6 +152,8 @@ PluginScope::~PluginScope() {
            .what());
 }
 
+const PluginFrame* current_plugin_frame() { return t_frame; }
+
 uint64_t float_control_changes() { return g_float_changes; }
 
 void disable_plugin_crash_report() {

@@ -33,6 +33,9 @@ class PluginScope {
   uint32_t control_ = 0;
 };
 
+// What runs on this thread, or nullptr. Async-signal-safe.
+const PluginFrame* current_plugin_frame();
+
 // How often a plugin left a changed floating-point environment behind, in this process.
 uint64_t float_control_changes();
 

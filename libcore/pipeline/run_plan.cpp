@@ -134,6 +134,8 @@ void Run::Impl::add_metrics(PluginHost& host) {
     const auto known = std::find_if(references.begin(), references.end(),
                                     [&](const Reference& r) { return r.path == asked.reference.path; });
     node->reference = static_cast<size_t>(known - references.begin());
+    if (!asked.reference.read.colour_space.empty())
+      colours.require(asked.reference.read.colour_space, "--ref-from");  // or the message would name --from
     if (known == references.end())
       references.push_back(
           {asked.reference.path, open_file_source(asked.reference.path, asked.reference.read, colours)});

@@ -5,11 +5,14 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <string>
 #include <triad/base/parallel.hpp>
 #include <triad/numeric/polyphase.hpp>
+#include <tuple>
 #include <vector>
 
 namespace {

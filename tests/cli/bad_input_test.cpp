@@ -92,9 +92,7 @@ TEST_P(BadFormat, IsCutShort) {
     const std::string name = "cut." + extension_;
     truncate_copy(path(whole_), path(name), share);
     expect_refusal({"run", name, "box:x=2,y=2", "-o", "out.exr"}, {name});
-    expect_refusal({"run", name, "--cells", "3x1", "crop:x=0,y=0,width=63,height=48", "platt", "-o", "out.exr"},
-                   {name});
-    expect_refusal({"compare", name, "--ref", whole_, "-m", "error", "--json", "out.json"}, {name});
+    expect_refusal({"run", name, "--cells", "3x1", "crop:w=63", "platt", "-o", "out.exr"}, {name});
     expect_refusal({"compare", whole_, "--ref", name, "-m", "error", "--map", "map.exr"}, {name});
   }
 }

@@ -31,6 +31,7 @@ struct Outcome {
   std::string out, err;
   double seconds_after_interrupt = 0;
 
+  // Of stderr. Without those that libpng prints, which OpenImageIO gives no way to silence.
   std::vector<std::string> error_lines() const;
   // stdout as JSON; a test failure and null if it is none.
   nlohmann::json json() const;
@@ -49,8 +50,9 @@ class Cli : public testing::Test {
 
   // `triad ARGUMENTS...`
   Outcome triad(const std::vector<std::string>& arguments, const Options& options = {}) const;
-  // The same, and a test failure unless it ends with `status` and, if that is 0, nothing on stderr.
+  // The same, and a test failure unless it ends with `status`.
   Outcome expect_status(int status, const std::vector<std::string>& arguments, const Options& options = {}) const;
+  // Status 0 and nothing on stderr.
   Outcome expect_success(const std::vector<std::string>& arguments, const Options& options = {}) const;
   // A refusal: exit status 2, exactly one line on stderr that contains each of `words` and nothing below the
   // folder that was not there before.

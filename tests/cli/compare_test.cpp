@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `triad compare`: scores that can be worked out by hand, reports, thresholds, crops, masks and maps.
 #include <cmath>
+#include <complex>
 #include <limits>
 
 #include "cli.hpp"
@@ -178,11 +179,38 @@ TEST_F(Compare, TreatsNotNumbersAsTold) {
   }
 }
 
-TEST_F(Compare, FindsWhiteFaultless) {
+// A white panel is a carrier of one cycle a pixel, and nothing else: red, green and blue take turns. At 10 pixels a
+// degree it can be seen, and its error has a closed form: 2 * sum over c of W_c(10 cpd) * |sum over d of C_cd w^d|^2
+// with w a third of a turn, since the carrier is there at the frequencies N/3 and 2N/3.
+TEST_F(Compare, SeesTheStripesOfAWhitePanelFromNearBy) {
+  constexpr double kXyz[3][3] = {
+      {.4123908, .3575843, .1804808}, {.2126390, .7151687, .0721923}, {.0193308, .1191948, .9505322}};
+  constexpr double kOpponent[3][3] = {
+      {.2787336, .7218031, -.1065520}, {-.4487736, .2898056, .0771569}, {.0859513, -.5899859, .5011089}};
+  constexpr double kGain[3] = {1, 7.5, 2.5};
+  constexpr double kWeight[3][2] = {{1.00327, .114416}, {.6167, .3833}, {.5681, .4319}};
+  constexpr double kSigma_deg[3][2] = {{.0283, .133}, {.0392, .494}, {.0536, .386}};
+  constexpr double kFrequency_cpd = 10;
+  double energy = 0;
+  for (int c = 0; c < 3; ++c) {
+    std::complex<double> carrier = 0;
+    for (int d = 0; d < 3; ++d) {
+      double response = 0;
+      for (int i = 0; i < 3; ++i) response += kGain[c] * kOpponent[c][i] * kXyz[i][d];
+      carrier += response * std::polar(1., 2 * M_PI * d / 3);
+    }
+    double mtf = 0;
+    for (int g = 0; g < 2; ++g)
+      mtf += kWeight[c][g] * std::exp(-std::pow(M_PI * kSigma_deg[c][g] * kFrequency_cpd, 2));
+    energy += 2 * mtf * mtf * std::norm(carrier);
+  }
   save(path("shown.exr"), constant(40, 6, {1, 1, 1}));
   save(path("wide.exr"), constant(120, 6, {1, 1, 1}));
-  const nlohmann::json result = compare({"shown.exr", "--ref", "wide.exr", "--ref-cells", "3x1", "-m", "display"})[0];
-  expect_score(result, "rmse", 0, 1e-9);
+  for (const std::string edge : {"", ",edge=wrap,border=0"}) {
+    const nlohmann::json result =
+        compare({"shown.exr", "--ref", "wide.exr", "--ref-cells", "3x1", "-m", "display:ppd=10" + edge})[0];
+    expect_score(result, "rmse", std::sqrt(energy), 2e-6);  // the matrix above has seven digits
+  }
 }
 
 TEST_F(Compare, ReadsAnEncodedPictureAsTheLightItIs) {

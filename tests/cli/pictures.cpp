@@ -19,11 +19,10 @@ void append(std::string* bytes, Integer value) {
   bytes->append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-// A classic TIFF, little-endian: 8 bits, RGB, uncompressed, every strip the same bytes at the file's end.
+// The head of a classic TIFF, little-endian: 8 bits, RGB, uncompressed, one strip after the other from its end on.
 std::string tiff_claim(uint32_t width, uint32_t height) {
   constexpr uint32_t kRowsPerStrip = 4;
   const uint32_t strips = (height + kRowsPerStrip - 1) / kRowsPerStrip;
-  const uint64_t strip_bytes = uint64_t{width} * 3 * kRowsPerStrip;
   constexpr uint16_t kShort = 3, kLong = 4;
   struct Entry {
     uint16_t tag, type;
@@ -52,10 +51,9 @@ std::string tiff_claim(uint32_t width, uint32_t height) {
   }
   append<uint32_t>(&bytes, 0);
   for (int i = 0; i < 4; ++i) append<uint16_t>(&bytes, 8);
-  for (uint32_t i = 0; i < strips; ++i) append(&bytes, pixels_at);
+  for (uint32_t i = 0; i < strips; ++i) append(&bytes, pixels_at + width * 3 * kRowsPerStrip * i);
   for (uint32_t i = 0; i < strips; ++i)
-    append(&bytes, static_cast<uint32_t>(std::min(strip_bytes, uint64_t{width} * 3 * (height - i * kRowsPerStrip))));
-  bytes.append(strip_bytes, '\x40');
+    append(&bytes, width * 3 * std::min(kRowsPerStrip, height - i * kRowsPerStrip));
   return bytes;
 }
 
@@ -175,7 +173,13 @@ void save_claim(const std::string& path, uint32_t width, uint32_t height) {
   const std::string extension = std::filesystem::path(path).extension().string();
   if (extension == ".exr") return save_text(path, exr_claim(path, width, height));
   if (extension == ".png") return save_text(path, png_claim(width, height));
-  if (extension == ".tif") return save_text(path, tiff_claim(width, height));
+  if (extension == ".tif") {
+    const std::string head = tiff_claim(width, height);
+    save_text(path, head);
+    const uint64_t bytes = head.size() + uint64_t{width} * height * 3;
+    if (bytes <= UINT32_MAX) std::filesystem::resize_file(path, bytes);
+    return;
+  }
   if (extension == ".hdr")
     return save_text(path, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " + std::to_string(height) + " +X " +
                                std::to_string(width) + "\n\1\2\3\4");

@@ -38,7 +38,8 @@ std::string load_text(const std::string& path);
 // The first `share` of a file's bytes, to another.
 void truncate_copy(const std::string& from, const std::string& to, double share);
 // A file whose header says width x height, in the format that the extension names (exr, png, tif, hdr), with
-// next to no pixels behind it. An uncompressed TIFF of it can be read all the same: its strips share their bytes.
+// next to no pixels behind it. The TIFF, where its 32-bit offsets reach, is whole and black: a file with holes,
+// that takes no room on the disk.
 void save_claim(const std::string& path, uint32_t width, uint32_t height);
 
 // IEC 61966-2-1, from linear light and back.

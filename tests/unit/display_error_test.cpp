@@ -35,7 +35,7 @@ DisplayTotals score(const DisplayError& measure, const std::vector<float>& test,
   std::vector<double> energy(test.size());
   DisplayTotals totals{};
   const auto clamped = measure.row(test.data(), target.data(), energy.data(), workspace);
-  totals.add_row(energy.data(), mask, measure.width_px(), border_px);
+  totals.add_pixels(energy.data(), mask, border_px, measure.width_px() - border_px);
   totals.clamped_test_pixels += clamped.test_pixels;
   totals.clamped_target_cells += clamped.target_cells;
   return totals;
@@ -60,6 +60,24 @@ TEST(DisplayErrorTest, MatchesTheSumsOfItsDefinition) {
             EXPECT_NEAR(totals.rmse() * totals.rmse() / expected, 1, 1e-12) << width;
             for (int c = 0; c < 3; ++c) EXPECT_NEAR(totals.share(c), parts[c] / expected, 1e-12);
           }
+}
+
+TEST(DisplayErrorTest, TheWholeRingIsTheSumOverFrequencies) {
+  const int width = 17;
+  const auto eye = reference::observer(15);
+  const auto test = random_row(3 * width, 5), target = random_row(9 * width, 6);
+  double parts[3], ring;
+  reference::row_energy(eye, test.data(), target.data(), width, Edge::kWrap, false, false, parts, &ring);
+  const DisplayError wrap(layout(), eye, width, Edge::kWrap, Range::kUnbounded);
+  EXPECT_NEAR(std::pow(score(wrap, test, target).rmse(), 2) / ring, 1, 1e-12);
+  // The ring of a mirrored picture is its own mirror image, but for the panel: the half that is cut off is the
+  // first one of the reversed panel.
+  reference::row_energy(eye, test.data(), target.data(), width, Edge::kMirror, false, false, parts, &ring);
+  const DisplayError there(layout(), eye, width, Edge::kMirror, Range::kUnbounded);
+  const DisplayError back(layout(true), eye, width, Edge::kMirror, Range::kUnbounded);
+  const double halves =
+      std::pow(score(there, test, target).rmse(), 2) + std::pow(score(back, test, target).rmse(), 2);
+  EXPECT_NEAR(halves / 2 / ring, 1, 1e-12);
 }
 
 TEST(DisplayErrorTest, OneCellOfLightIsSeenAsItsBlurredPoint) {
@@ -91,7 +109,6 @@ TEST(DisplayErrorTest, BlackScoresZeroAndWhiteWhatIsSeenOfTheStripes) {
       if (ppd >= 40) {
         EXPECT_LT(white, ppd >= 120 ? 1e-15 : 3e-6);
       }
-      if (edge == Edge::kMirror) continue;
       // The only frequency is the stripes': n = N/3 and its mirror image, |E| = N |C_r + C_g w + C_b w^2|.
       const auto C = triad::opponent_matrix(eye);
       double energy = 0;

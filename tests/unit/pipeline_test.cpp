@@ -124,7 +124,7 @@ class Pipeline : public testing::Test {
   RunResult run(RunRequest request) {
     PluginHost host({TRIAD_TEST_STAGES, TRIAD_BINARY_DIR "/plugins"});
     const ColourConfig colours = ColourConfig::load();
-    return Run(std::move(request), host, colours).execute();
+    return triad::Run(std::move(request), host, colours).execute();
   }
 
   // The chain's picture for one way of cutting it.
@@ -339,16 +339,16 @@ TEST_F(Pipeline, MemoryIsBoundedOrRefused) {
   request.output = path("out.exr");
   PluginHost host({TRIAD_TEST_STAGES, TRIAD_BINARY_DIR "/plugins"});
   const ColourConfig colours = ColourConfig::load();
-  const uint64_t wanted = Run(request, host, colours).peak_memory();
+  const uint64_t wanted = triad::Run(request, host, colours).peak_memory();
   request.max_memory = 68u << 20;
-  const uint64_t bounded = Run(request, host, colours).peak_memory();
+  const uint64_t bounded = triad::Run(request, host, colours).peak_memory();
   EXPECT_LE(bounded, request.max_memory);
   EXPECT_LT(bounded, wanted);
   request.max_memory = 1 << 20;
-  EXPECT_THROW(Run(request, host, colours), Error);
+  EXPECT_THROW(triad::Run(request, host, colours), Error);
   request.max_memory = 70u << 20;
   request.stages = {parse_stage("mean")};
-  EXPECT_THROW(Run(request, host, colours), Error);  // 12.6 MB twice
+  EXPECT_THROW(triad::Run(request, host, colours), Error);  // 12.6 MB twice
 }
 
 TEST_F(Pipeline, RefusesWhatDoesNotFit) {

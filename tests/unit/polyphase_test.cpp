@@ -3,13 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <random>
+#include <string>
 #include <triad/base/error.hpp>
+#include <triad/base/parallel.hpp>
 #include <triad/numeric/polyphase.hpp>
+#include <utility>
+#include <vector>
 
 using triad::CpuPath;
 using triad::FirKernel;
@@ -285,12 +290,21 @@ TEST_P(PolyphasePath, ZeroCoefficientsIgnoreInfinity) {
 TEST_P(PolyphasePath, SmallestAndLargestValues) {
   const Kernels kernels = random_kernels(31, -15, 1, 13);
   const PolyphaseFir<float> fir(3, kernels, GetParam());
-  // 1e38 · ‖h‖₁ would overflow; the sums of these signed kernels do not reach it.
-  for (const float scale : {1e38f / static_cast<float>(norm_1(kernels[0]) + 20), 1e-30f}) {
+  for (const float scale : {1e-30f, 1e30f}) {
     auto row = random_row<float>(3, fir.first_cell(), fir.last_cell(), 50, 14);
     for (float& value : row.values) value *= scale;
     EXPECT_LT(worst_error(kernels, 3, row, apply(fir, row, 50)), 1e-6) << scale;
   }
+  // ‖h‖₁ = .9: no sum of the largest floats overflows, not even on the way.
+  Kernels contracting = kernels;
+  for (FirKernel& kernel : contracting) {
+    const double norm = norm_1(kernel);
+    for (double& c : kernel.coefficients) c *= .9 / norm;
+  }
+  const PolyphaseFir<float> bounded(3, contracting, GetParam());
+  auto largest = random_row<float>(3, fir.first_cell(), fir.last_cell(), 50, 15);
+  for (float& value : largest.values) value = std::copysign(std::numeric_limits<float>::max(), value);
+  EXPECT_LT(worst_error(contracting, 3, largest, apply(bounded, largest, 50)), 1e-6);
   // Denormals are kept: coefficients of ±1 and 2 make every sum exact.
   Kernels whole;
   for (auto& kernel : whole) kernel.coefficients = {1, -1, 2, 2, 1, -1};
@@ -320,7 +334,22 @@ TEST(Polyphase, FusedPathsAgreeBitForBit) {
   }
 }
 
-TEST(Polyphase, DoubleAgreesToTwelveDigits) {
+TEST_P(PolyphasePath, ThreadsShareAFilter) {
+  const int n = 200, rows = 64;
+  const PolyphaseFir<float> fir(3, random_kernels(31, -15, 1, 41), GetParam());
+  std::vector<std::vector<float>> out(rows);
+  const auto row = [&](int64_t y) {
+    return random_row<float>(3, fir.first_cell(), fir.last_cell(), n, static_cast<unsigned>(y));
+  };
+  triad::parallel_for(rows, [&](int64_t y) {
+    thread_local triad::PolyphaseScratch scratch;
+    out[static_cast<size_t>(y)].resize(3 * n);
+    fir.apply_row(row(y).cell(0), out[static_cast<size_t>(y)].data(), n, scratch);
+  });
+  for (int y = 0; y < rows; ++y) expect_same_bits(out[static_cast<size_t>(y)], apply(fir, row(y), n));
+}
+
+TEST(Polyphase, DoubleAgreesToFourteenDigits) {
   for (const int cells : {1, 3, 6}) {
     for (const int taps : {1, 31, 200}) {
       const Kernels kernels = random_kernels(taps, -taps / 2, 1, 31);

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+// The plugins platt, subpixel and display through the host's own guard, judged by dense matrices and DFT sums.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string>
+#include <triad/base/error.hpp>
+#include <triad/pipeline/plugin_host.hpp>
+#include <vector>
+
+#include "display_reference.hpp"
+
+using testing::HasSubstr;
+using triad::ParamTexts;
+namespace reference = triad::reference;
+
+namespace {
+
+triad::PluginHost& host() {
+  static triad::PluginHost instance = [] {
+    setenv("TRIAD_DATA", TRIAD_SOURCE_DIR "/data", 1);
+    return triad::PluginHost({TRIAD_BINARY_DIR "/plugins"});
+  }();
+  return instance;
+}
+
+triad_image header(int width, int height, int cells_x, int cells_y = 1) {
+  triad_image image{};
+  image.struct_size = sizeof image;
+  image.width = width;
+  image.height = height;
+  image.channels = 3;
+  image.alpha = -1;
+  image.cells_x = cells_x;
+  image.cells_y = cells_y;
+  image.pixel_aspect = 1. / cells_x;
+  std::copy(reference::kRec709ToXyz.begin(), reference::kRec709ToXyz.end(), image.rgb_to_xyz);
+  return image;
+}
+
+struct Picture {
+  triad_image image;
+  std::vector<float> pixels;
+};
+
+Picture noise(int width, int height, int cells_x, unsigned seed, float low = 0, float high = 1) {
+  Picture out{header(width, height, cells_x), {}};
+  for (const double v : reference::random_cells(width * height, seed))
+    out.pixels.push_back(low + (high - low) * static_cast<float>(v));
+  return out;
+}
+
+// The rectangle of a picture as a strip; what lies outside comes from the edge mode.
+struct Strip {
+  std::vector<float> data;
+  triad_strip strip{};
+  Strip(const Picture& picture, triad_rect r, int edge) {
+    const auto inside = [&](int x, int size) {
+      const int period = edge == TRIAD_EDGE_MIRROR ? 2 * size : size;
+      const int k = ((x % period) + period) % period;
+      return k < size ? k : 2 * size - 1 - k;
+    };
+    const int channels = picture.image.channels;
+    for (int y = r.y0; y < r.y1; ++y)
+      for (int x = r.x0; x < r.x1; ++x) {
+        const auto at = (static_cast<size_t>(y) * picture.image.width + inside(x, picture.image.width)) * channels;
+        data.insert(data.end(), &picture.pixels[at], &picture.pixels[at] + channels);
+      }
+    strip = {sizeof strip, channels, r, data.data(), int64_t{r.x1 - r.x0} * channels * 4};
+  }
+};
+
+struct Outcome {
+  Picture out;
+  std::vector<double> scores;
+  std::map<std::string, double> reports;
+};
+
+// Runs a stage over pictures cut into strips of `rows` rows, merging in order.
+Outcome run(const std::string& id, const ParamTexts& parameters, const std::vector<const Picture*>& pictures,
+            int rows = 1) {
+  triad::StageInstance stage(host().find(id), parameters);
+  std::vector<const triad_image*> images;
+  for (const Picture* picture : pictures) images.push_back(picture ? &picture->image : nullptr);
+  const triad::Metadata none;
+  std::vector<const triad::Metadata*> metadata;
+  for (const Picture* picture : pictures) metadata.push_back(picture ? &none : nullptr);
+  const auto plan = stage.plan(images, metadata);
+  Outcome outcome{{plan.out, {}}, {}, {}};
+  const triad_image& shape = stage.info().is_metric() ? *images[0] : plan.out;
+  const int channels = plan.out.channels;
+  outcome.out.pixels.resize(static_cast<size_t>(shape.width) * shape.height * channels);
+  std::vector<std::byte> total(plan.plan.state_bytes), state(plan.plan.state_bytes);
+  for (int y = 0; y < shape.height; y += rows) {
+    const triad_rect r{0, y, shape.width, std::min(y + rows, shape.height)};
+    const auto needs = stage.need(0, r);
+    std::vector<Strip> strips;
+    strips.reserve(pictures.size());
+    std::vector<const triad_strip*> in;
+    for (size_t i = 0; i < pictures.size(); ++i)
+      if (pictures[i]) {
+        strips.emplace_back(*pictures[i], needs[i], plan.plan.edge);
+        in.push_back(&strips.back().strip);
+      } else {
+        in.push_back(nullptr);
+      }
+    const triad_strip out{sizeof out, channels, r,
+                          outcome.out.pixels.data() + static_cast<size_t>(y) * shape.width * channels,
+                          int64_t{shape.width} * channels * 4};
+    std::fill(state.begin(), state.end(), std::byte{});
+    stage.strip(0, r, in, &out, state.data());
+    if (!state.empty()) stage.merge(0, total.data(), state.data());
+  }
+  outcome.scores = stage.end_pass(0, total.data());
+  outcome.reports = stage.reports().values;
+  return outcome;
+}
+
+std::string message_of(const std::function<void()>& body) {
+  try {
+    body();
+  } catch (const triad::Error& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+std::vector<double> dense_row(const Picture& wide, int y, const triad::FilterOptions& options, triad::Edge edge,
+                              bool bgr) {
+  const int width = wide.image.width;
+  const auto first = wide.pixels.begin() + static_cast<ptrdiff_t>(y) * width * 3;
+  const std::vector<double> cells(first, first + width * 3);
+  return reference::DenseFilter(reference::observer(40), triad::ring_px(width / 3, edge), options, bgr)
+      .drives(reference::ring_of(cells, edge));
+}
+
+}  // namespace
+
+TEST(PlattPlugin, MatchesTheDenseSystemWithEveryEngine) {
+  const int height = 3;
+  for (const int width : {1, 2, 7, 33})
+    for (const char* layout : {"rgb", "bgr"})
+      for (const char* edge : {"mirror", "wrap"}) {
+        const bool mirror = std::string(edge) == "mirror";
+        const Picture wide = noise(3 * width, height, 3, 4);
+        // Odd, and at least as long as any ring here.
+        const ParamTexts common{{"layout", layout}, {"edge", edge}, {"range", "unbounded"}, {"taps", "999"}};
+        for (const char* engine : {"fft", "fir"})
+          for (const char* precision : {"float", "double"}) {
+            ParamTexts parameters = common;
+            parameters["engine"] = engine;
+            parameters["precision"] = precision;
+            const auto got = run("platt", parameters, {&wide});
+            EXPECT_EQ(got.out.image.width, width);
+            EXPECT_EQ(got.out.image.cells_x, 1);
+            EXPECT_NEAR(got.out.image.pixel_aspect, 1, 1e-12);
+            EXPECT_GE(got.reports.at("condition"), 1);
+            for (int y = 0; y < height; ++y) {
+              const auto expected = dense_row(wide, y, {}, mirror ? triad::Edge::kMirror : triad::Edge::kWrap,
+                                              std::string(layout) == "bgr");
+              for (int i = 0; i < 3 * width; ++i)
+                EXPECT_NEAR(got.out.pixels[static_cast<size_t>(y * 3 * width + i)], expected[i],
+                            precision == std::string("double") ? 1e-7 : 3e-6)
+                    << width << layout << edge << engine << precision;
+            }
+          }
+      }
+}
+
+TEST(PlattPlugin, StripsDoNotChangeABit) {
+  const Picture wide = noise(120, 11, 3, 8);
+  for (const char* engine : {"auto", "fft", "fir"}) {
+    const auto whole = run("platt", {{"engine", engine}}, {&wide}, 11);
+    for (const int rows : {1, 4})
+      EXPECT_EQ(run("platt", {{"engine", engine}}, {&wide}, rows).out.pixels, whole.out.pixels);
+  }
+}
+
+TEST(PlattPlugin, ClampsAndCounts) {
+  const Picture wild = noise(60, 2, 3, 5, -1, 2);
+  Picture tame = wild;
+  double outside = 0;
+  for (float& v : tame.pixels) {
+    outside += v < 0 || v > 1;
+    v = std::clamp(v, 0.f, 1.f);
+  }
+  for (const char* engine : {"fft", "fir"}) {
+    const auto got = run("platt", {{"engine", engine}}, {&wild});
+    const auto free = run("platt", {{"engine", engine}, {"range", "unbounded"}}, {&tame});
+    EXPECT_EQ(got.reports.at("clamped-inputs"), outside);
+    double clipped = 0;
+    for (size_t i = 0; i < free.out.pixels.size(); ++i) {
+      EXPECT_EQ(got.out.pixels[i], std::clamp(free.out.pixels[i], 0.f, 1.f));
+      clipped += free.out.pixels[i] < 0 || free.out.pixels[i] > 1;
+    }
+    EXPECT_EQ(got.reports.at("clipped-outputs"), clipped);
+    EXPECT_GT(clipped, 0);
+  }
+}
+
+TEST(PlattPlugin, ChoosesTapsForATruncationAndTheEngineByFormula) {
+  const Picture wide = noise(1200, 1, 3, 6);
+  const auto chosen = run("platt", {}, {&wide}).reports;
+  ASSERT_TRUE(chosen.contains("taps"));  // the default is a convolution at this width
+  EXPECT_LE(chosen.at("truncation"), 1e-3);
+  EXPECT_EQ(run("platt", {{"engine", "fir"}, {"taps", "31"}}, {&wide}).reports.at("taps"), 31);
+  // Without regularisation kernels are long: transforms it is.
+  const auto far = run("platt", {{"lambda", "0"}, {"csf", "kolpatzik-bouman"}}, {&wide});
+  EXPECT_FALSE(far.reports.contains("taps"));
+  EXPECT_EQ(far.out.pixels,
+            run("platt", {{"lambda", "0"}, {"csf", "kolpatzik-bouman"}, {"engine", "fft"}}, {&wide}).out.pixels);
+}
+
+TEST(PlattPlugin, RefusesWithAClearLine) {
+  const auto error = [](const ParamTexts& parameters, int width, int cells_x, int cells_y = 1) {
+    const Picture picture{header(width, 1, cells_x, cells_y), std::vector<float>(3 * static_cast<size_t>(width))};
+    return message_of([&] { run("platt", parameters, {&picture}); });
+  };
+  EXPECT_THAT(error({}, 300, 1), HasSubstr("say --cells 3x1"));
+  EXPECT_THAT(error({}, 300, 2, 2), HasSubstr("has 2x2 cells a pixel, and layout rgb needs 3x1"));
+  EXPECT_THAT(error({}, 301, 3), HasSubstr("width 301 is not a multiple of 3 cells; 300 or 303 would do"));
+  EXPECT_THAT(error({}, 2, 3), HasSubstr("width 2 is not a multiple of 3 cells; 3 would do"));
+  EXPECT_THAT(error({{"taps", "30"}}, 300, 3), HasSubstr("taps=30 has no middle: 29 or 31 would do"));
+  EXPECT_THAT(error({{"layout", "rbg"}}, 300, 3), HasSubstr("did you mean 'rgb'"));
+  EXPECT_THAT(error({{"origin", ".5,0"}}, 300, 3), HasSubstr("whole numbers"));
+  EXPECT_THAT(error({{"origin", "1"}}, 300, 3), HasSubstr("two whole numbers"));
+  EXPECT_EQ(error({{"origin", "7,-2"}}, 300, 3), "nothing was thrown");
+}
+
+TEST(SubpixelPlugin, TakesEachChannelFromItsCell) {
+  const Picture wide = noise(15, 2, 3, 7, -5, 5);
+  for (const bool bgr : {false, true}) {
+    const auto got = run("subpixel", {{"layout", bgr ? "bgr" : "rgb"}}, {&wide}).out;
+    EXPECT_EQ(got.image.width, 5);
+    for (int y = 0; y < 2; ++y)
+      for (int x = 0; x < 5; ++x)
+        for (int c = 0; c < 3; ++c)
+          EXPECT_EQ(got.pixels[static_cast<size_t>((y * 5 + x) * 3 + c)],
+                    wide.pixels[static_cast<size_t>((y * 15 + 3 * x + (bgr ? 2 - c : c)) * 3 + c)]);
+  }
+  const Picture narrow{header(15, 1, 1), std::vector<float>(45)};
+  EXPECT_THAT(message_of([&] { run("subpixel", {}, {&narrow}); }), HasSubstr("--cells 3x1"));
+}
+
+TEST(DisplayPlugin, MatchesTheSumsOfItsDefinition) {
+  const int width = 21, height = 5;
+  const Picture test = noise(width, height, 1, 1, -.2f, 1.2f), wide = noise(3 * width, height, 3, 2, -.2f, 1.2f);
+  for (const bool clip : {false, true})
+    for (const auto edge : {triad::Edge::kWrap, triad::Edge::kMirror}) {
+      double expected = 0, parts[3], shares[3] = {};
+      for (int y = 0; y < height; ++y) {
+        expected +=
+            reference::row_energy(reference::observer(30), &test.pixels[static_cast<size_t>(y) * width * 3],
+                                  &wide.pixels[static_cast<size_t>(y) * width * 9], width, edge, clip, false, parts) /
+            height;
+        for (int c = 0; c < 3; ++c) shares[c] += parts[c] / height;
+      }
+      const ParamTexts parameters{{"ppd", "30"},
+                                  {"border", "0"},
+                                  {"edge", edge == triad::Edge::kWrap ? "wrap" : "mirror"},
+                                  {"range", clip ? "clip" : "unbounded"}};
+      const auto got = run("display", parameters, {&test, &wide, nullptr}, 2);
+      ASSERT_EQ(got.scores.size(), 1u);
+      EXPECT_NEAR(got.scores[0] / std::sqrt(expected), 1, 1e-12);
+      EXPECT_NEAR(got.reports.at("share-red-green"), shares[1] / expected, 1e-12);
+      EXPECT_EQ(got.reports.contains("clamped-reference-cells"), clip);
+      // The map holds what was pooled.
+      double sum = 0;
+      for (const float v : got.out.pixels) sum += static_cast<double>(v) * v;
+      EXPECT_NEAR(std::sqrt(sum / (width * height)) / got.scores[0], 1, 1e-6);
+    }
+}
+
+TEST(DisplayPlugin, PoolsInsideBorderAndMask) {
+  const int width = 40, height = 4;
+  const Picture test = noise(width, height, 1, 1), wide = noise(3 * width, height, 3, 2);
+  Picture mask{header(width, height, 1), std::vector<float>(width * height)};
+  mask.image.channels = 1;
+  for (int y = 0; y < height; ++y)
+    for (int x = 8; x < width - 8; ++x) mask.pixels[static_cast<size_t>(y * width + x)] = 1;
+  const auto automatic = run("display", {}, {&test, &wide, nullptr});
+  EXPECT_EQ(automatic.reports.at("border"), 8);  // 40 ppd / 5
+  EXPECT_EQ(run("display", {{"border", "8"}}, {&test, &wide, nullptr}).scores, automatic.scores);
+  EXPECT_NEAR(run("display", {{"border", "0"}}, {&test, &wide, &mask}).scores[0], automatic.scores[0], 1e-15);
+  EXPECT_NE(run("display", {{"border", "0"}}, {&test, &wide, nullptr}).scores, automatic.scores);
+  std::fill(mask.pixels.begin(), mask.pixels.end(), 0.f);
+  EXPECT_THAT(message_of([&] { run("display", {}, {&test, &wide, &mask}); }), HasSubstr("every pixel is left out"));
+}
+
+TEST(DisplayPlugin, RefusesWithAClearLine) {
+  const Picture test = noise(40, 4, 1, 1), wide = noise(120, 4, 3, 2), short_one = noise(119, 4, 3, 2);
+  Picture other = wide;
+  other.image.rgb_to_xyz[0] = .6;
+  const auto error = [&](const ParamTexts& parameters, const Picture& reference_picture) {
+    return message_of([&] { run("display", parameters, {&test, &reference_picture, nullptr}); });
+  };
+  EXPECT_THAT(error({}, short_one), HasSubstr("test picture is 40x4 and the reference 119x4; the reference must be a "
+                                              "wide render of 120x4"));
+  EXPECT_THAT(error({}, test), HasSubstr("40x4 and the reference 40x4"));
+  EXPECT_THAT(error({}, other), HasSubstr("different primaries"));
+  EXPECT_THAT(error({{"border", "20"}}, wide), HasSubstr("border=20 leaves nothing of a width of 40: at most 19"));
+  EXPECT_THAT(error({{"border", "some"}}, wide), HasSubstr("border is 'some'"));
+  EXPECT_EQ(error({{"border", "19"}}, wide), "nothing was thrown");
+}
