@@ -66,7 +66,8 @@ struct RunRequest {
 };
 
 struct MetricResult {
-  std::string test, reference, metric, label;
+  std::string test;  // the file written, or the input where none is
+  std::string reference, metric, label;
   std::vector<std::pair<std::string, std::string>> parameters;
   struct Score {
     std::string name, unit;

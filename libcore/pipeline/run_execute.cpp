@@ -419,7 +419,7 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
   for (size_t m = 0; m < metrics.size(); ++m) {
     MetricNode& metric = *metrics[m];
     MetricResult made;
-    made.test = request.input.path;
+    made.test = request.output.empty() ? request.input.path : request.output;
     made.reference = references[metric.reference].path;
     made.metric = metric.instance.info().id();
     made.label = metric.label;
