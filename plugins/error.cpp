@@ -39,8 +39,8 @@ struct ErrorMetric {
                                                    {.def = 1, .min = 0, .flags = TRIAD_PARAM_MIN_EXCLUDED}));
   }
   static constexpr auto inputs() {
-    return tp::list(tp::Input{"test", "the picture to judge", "rgb", "linear"},
-                    tp::Input{"reference", "what it should be", "rgb", "linear"},
+    return tp::list(tp::Input{"test", "the picture to judge", "rgb"},
+                    tp::Input{"reference", "what it should be", "rgb"},
                     tp::Input{"mask", "weights of the pixels", "mask", nullptr, TRIAD_INPUT_OPTIONAL});
   }
   static constexpr auto scores() {

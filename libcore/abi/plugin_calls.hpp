@@ -14,7 +14,8 @@
 #include <type_traits>
 #include <utility>
 
-namespace [[gnu::visibility("hidden")]] triad_plugin {
+#pragma GCC visibility push(hidden)
+namespace triad_plugin {
 
 namespace detail {
 struct Stop {  // the host has the message already; carries the status through the plugin's frames
@@ -184,6 +185,7 @@ constexpr triad_rect grown(triad_rect r, int32_t dx, int32_t dy) {
   return {at(int64_t{r.x0} - dx), at(int64_t{r.y0} - dy), at(int64_t{r.x1} + dx), at(int64_t{r.y1} + dy)};
 }
 
-}  // namespace gnu::visibility("hidden")]]triad_plugin
+}  // namespace triad_plugin
+#pragma GCC visibility pop
 
 #endif

@@ -18,7 +18,8 @@
 #include <vector>
 
 // Hidden: two plugins that were built with different versions of this header share nothing by accident.
-namespace [[gnu::visibility("hidden")]] triad_plugin {
+#pragma GCC visibility push(hidden)
+namespace triad_plugin {
 
 // What the user can mend: status is TRIAD_E_PARAM, TRIAD_E_INPUT, TRIAD_E_MEMORY or TRIAD_E_UNSUPPORTED. The
 // message is one line that says what was wrong and what would be right; the host puts the stage's name before
@@ -229,6 +230,7 @@ constexpr auto numbers(const char* name, const char* doc, NumbersOptions o = {})
   return p;
 }
 
-}  // namespace gnu::visibility("hidden")]]triad_plugin
+}  // namespace triad_plugin
+#pragma GCC visibility pop
 
 #endif

@@ -61,7 +61,8 @@
 #include <type_traits>
 #include <utility>
 
-namespace [[gnu::visibility("hidden")]] triad_plugin {
+#pragma GCC visibility push(hidden)
+namespace triad_plugin {
 
 namespace detail {
 
@@ -291,7 +292,8 @@ constexpr triad_library library(const char* name) {
           nullptr};
 }
 
-}  // namespace gnu::visibility("hidden")]]triad_plugin
+}  // namespace triad_plugin
+#pragma GCC visibility pop
 
 // Once per plugin, at file scope: the library's name, then its stages.
 #define TRIAD_PLUGIN(name, ...) \

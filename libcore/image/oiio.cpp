@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <mutex>
@@ -30,6 +31,22 @@ const std::array<float, kCodes>& code_table() {
   static const auto table = [] {
     std::array<float, kCodes> t{};
     for (size_t v = 0; v < kCodes; ++v) t[v] = static_cast<float>(v) / static_cast<float>(kCodes - 1);
+    return t;
+  }();
+  return table;
+}
+
+// Every IEEE 754 binary16 value.
+const std::array<float, 65536>& half_table() {
+  static const auto table = [] {
+    std::array<float, 65536> t{};
+    for (uint32_t bits = 0; bits < 65536; ++bits) {
+      const uint32_t sign = (bits & 0x8000) << 16, exponent = bits >> 10 & 31, fraction = bits & 1023;
+      if (exponent == 0)  // zero or subnormal, in steps of 2^-24
+        t[bits] = std::bit_cast<float>(std::bit_cast<uint32_t>(static_cast<float>(fraction) * 0x1p-24f) | sign);
+      else  // the bias grows from 15 to 127; infinite and not-a-number keep all exponent bits set
+        t[bits] = std::bit_cast<float>(sign | (exponent == 31 ? 255 : exponent + 112) << 23 | fraction << 13);
+    }
     return t;
   }();
   return table;
@@ -140,9 +157,11 @@ bool to_float(OIIO::TypeDesc type, bool plain_integers, const std::byte* in, siz
                        [maximum](int32_t v) { return static_cast<float>(v / maximum); });
       return true;
     }
-    case OIIO::TypeDesc::HALF:
-      convert<Imath::half>(in, stride, count, out, out_stride, [](Imath::half v) { return static_cast<float>(v); });
+    case OIIO::TypeDesc::HALF: {
+      const auto& table = half_table();
+      convert<uint16_t>(in, stride, count, out, out_stride, [&table](uint16_t v) { return table[v]; });
       return true;
+    }
     case OIIO::TypeDesc::FLOAT:
       convert<float>(in, stride, count, out, out_stride, [](float v) { return v; });
       return true;

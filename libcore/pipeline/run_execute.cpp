@@ -52,7 +52,7 @@ struct Run::Impl::Token {
   std::vector<StripBuffer> references;
   StripBuffer mask;
   std::vector<std::pair<size_t, StripBuffer>> to_write;     // index into outputs
-  std::vector<std::vector<std::vector<std::byte>>> states;  // per metric, per call; one list for a filter's pass
+  std::vector<std::vector<StageState>> states;  // per metric, per call; one list for a filter's pass
   std::vector<StripBuffer> maps;
 };
 
@@ -60,8 +60,8 @@ struct Run::Impl::Execution {
   BufferPool pool;
   std::vector<std::unique_ptr<ImageWriter>> writers;  // one per output
   std::vector<std::unique_ptr<ImageWriter>> map_writers;
-  std::vector<std::byte> state;  // of a filter's pass
-  std::vector<std::vector<std::byte>> metric_states;
+  StageState state;  // of a filter's pass
+  std::vector<StageState> metric_states;
   std::vector<NonFinite> nonfinite_of_references;
   NonFinite nonfinite_of_test, input_nonfinite;
   std::vector<std::unique_ptr<std::atomic<int64_t>>> filter_ns;
@@ -93,11 +93,11 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     }
   }
   if (drive.sink == Sink::kPass)
-    run.state.assign(filters[static_cast<size_t>(drive.last)]->plan().state_bytes, std::byte{0});
+    run.state = StageState(filters[static_cast<size_t>(drive.last)]->plan().state_bytes);
   if (final_sink)
     for (size_t m = 0; m < metrics.size(); ++m)
       if (drive.pass < metrics[m]->plan.plan.passes)
-        run.metric_states[m].assign(metrics[m]->plan.plan.state_bytes, std::byte{0});
+        run.metric_states[m] = StageState(metrics[m]->plan.plan.state_bytes);
 
   const auto read = [&](Token& token) {
     const TokenPlan& plan = *token.plan;
@@ -216,7 +216,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
       token.states[m].emplace_back(metric.plan.plan.state_bytes);
       auto& state = token.states[m].back();
       metric.instance.strip(drive.pass, rect, inputs, map ? &map_strip : nullptr,
-                            state.empty() ? nullptr : state.data());
+                            state.data());
     }
   };
 
@@ -285,12 +285,12 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     if (drive.sink == Sink::kPass) {
       FilterNode& filter = *filters[static_cast<size_t>(drive.last)];
       for (const auto& state : token.states[0])
-        if (!state.empty()) filter.instance().merge(drive.pass, run.state.data(), state.data());
+        if (state.data()) filter.instance().merge(drive.pass, run.state.data(), state.data());
     }
     if (final_sink)
       for (size_t m = 0; m < metrics.size(); ++m) {
         for (const auto& state : token.states[m])
-          if (!state.empty()) metrics[m]->instance.merge(drive.pass, run.metric_states[m].data(), state.data());
+          if (state.data()) metrics[m]->instance.merge(drive.pass, run.metric_states[m].data(), state.data());
         if (token.maps[m] && drive.pass + 1 == metrics[m]->plan.plan.passes)
           run.map_writers[m]->write_rows(token.plan->sink.y0, token.plan->sink.y1,
                                          token.maps[m].row(token.plan->sink.y0), token.maps[m].stride());

@@ -82,6 +82,11 @@ void Run::Impl::add_outputs() {
                                                            : colours.linear_sibling(from.colour_space);
       out.transform = colours.transform(from.colour_space, to);
       out.spec.colour_space = to;
+      // Files say the primaries of linear light; where they are the input's own, its own numbers.
+      if (to != input->spec().colour_space || !out.spec.chromaticities)
+        out.spec.chromaticities = encoded || colours.linear_sibling(to) != to
+                                      ? std::nullopt
+                                      : std::optional(colours.chromaticities(to));
     } else if (!request.output_space.empty()) {
       throw_usage("--to '" + request.output_space + "': '" + request.input.path +
                   "' holds no colour in a known space; say which with --from");
@@ -256,12 +261,12 @@ void Run::Impl::plan_drives() {
     if (whole) {
       hold(i + 1);
     } else if (filter.plan().threads == TRIAD_SERIAL && i + 1 < levels()) {
-      // A serial stage sees each of its strips once: the next stage may not ask for rows again.
+      // A serial stage sees each of its strips once: the next stage may not ask for rows again, however the
+      // picture is cut, down to single rows.
       const FilterNode& next = *filters[static_cast<size_t>(i) + 1];
       uint64_t asked = 0;
-      const int height = next.out().height, step = std::min(height, kMetricStripRows);
-      for (int y = 0; y < height; y += step) {
-        const RowRange rows = next.needs(next.plan().passes - 1, {y, std::min(height, y + step)}).in;
+      for (int y = 0; y < next.out().height; ++y) {
+        const RowRange rows = next.needs(next.plan().passes - 1, {y, y + 1}).in;
         asked += static_cast<uint64_t>(rows.y1 - rows.y0);
       }
       if (asked != static_cast<uint64_t>(level(i + 1).height) || next.plan().passes > 1) {

@@ -8,6 +8,15 @@
 
 namespace triad {
 
+namespace {
+// Channels that stand for colour: those of a picture of three or one channels that are no colour (normals,
+// depth) count too, so that such data can be judged and filtered; they are never converted.
+int colour_like(const ImageSpec& picture) {
+  if (picture.colour_channels > 0) return picture.colour_channels;
+  return picture.channel_count() == 3 || picture.channel_count() == 1 ? picture.channel_count() : 0;
+}
+}  // namespace
+
 InputBinding bind_input(const triad_input& input, const ImageSpec& picture, const ColourConfig& config,
                         const std::string& who, const std::string& space) {
   InputBinding binding;
@@ -16,7 +25,7 @@ InputBinding bind_input(const triad_input& input, const ImageSpec& picture, cons
   if (!binding.rgb && channels != "*")
     throw_input("'" + who + "': this version cannot give the channels '" + channels + "' to its input '" +
                 input.name + "'; it knows 'rgb', '*' and 'mask'");
-  if (binding.rgb && picture.colour_channels == 0)
+  if (binding.rgb && colour_like(picture) == 0)
     throw_input("'" + who + "' needs colour, but the picture has only '" + join(picture.channels, "', '") +
                 "'; choose colour channels with --channels");
   binding.channels = binding.rgb ? 3 : picture.channel_count();
@@ -84,7 +93,7 @@ void convert_rows(const StripBuffer& buffer, RowRange rows, const ImageSpec& pic
 
 namespace {
 bool same_channels(const ImageSpec& picture, const InputBinding& binding) {
-  return !binding.rgb || (picture.colour_channels == 3 && picture.channel_count() == 3);
+  return !binding.rgb || (colour_like(picture) == 3 && picture.channel_count() == 3);
 }
 void copy_rows(const StripBuffer& from, const StripBuffer& to) {
   const RowRange rows = from.rows();
@@ -115,7 +124,7 @@ StripBuffer prepare_input(BufferPool& pool, const StripBuffer& in, bool may_modi
   }
   if (same_channels(picture, binding)) return source;
   const StripBuffer rgb(pool, in.rows(), in.width(), 3, in.pads());
-  const bool grey = picture.colour_channels == 1;
+  const bool grey = colour_like(picture) == 1;
   for (int y = in.rows().y0; y < in.rows().y1; ++y) {
     const float* from = source.row(y);
     float* to = rgb.row(y);
@@ -149,6 +158,7 @@ FilterNode::FilterNode(StageInstance instance, const ImageSpec& in, const Colour
   out_.height = plan_.out.height;
   out_.cells = {plan_.out.cells_x, plan_.out.cells_y};
   out_.pixel_aspect = plan_.out.pixel_aspect;
+  if (out_.colour_space != binding_.space) out_.chromaticities.reset();
   out_.colour_space = binding_.space;
   out_.metadata = plan_.metadata;
   const bool same_size = out_.width == in.width && out_.height == in.height;
@@ -162,14 +172,14 @@ FilterNode::FilterNode(StageInstance instance, const ImageSpec& in, const Colour
                               : c == plan_.out.alpha            ? "A"
                               : c < 3 && plan_.out.channels > 2 ? kRgb[static_cast<size_t>(c)]
                                                                 : "channel" + std::to_string(c));
-    if (binding_.rgb && in.colour_channels == 3 && plan_.out.channels == 3)
+    if (binding_.rgb && colour_like(in) == 3 && plan_.out.channels == 3)
       std::copy_n(in.channels.begin(), 3, out_.channels.begin());
   }
   if (!binding_.rgb) return;
 
   const bool blocks = in.width % out_.width == 0 && in.height % out_.height == 0;
   std::vector<std::string> dropped;
-  for (int c = in.colour_channels; c < in.channel_count(); ++c) {
+  for (int c = colour_like(in); c < in.channel_count(); ++c) {
     const bool alpha = c == in.alpha;
     if (same_size || (alpha && blocks)) {
       if (alpha) out_.alpha = out_.channel_count();
@@ -252,15 +262,15 @@ StripBuffer FilterNode::run(BufferPool& pool, const StripBuffer& in, const Strip
     inputs[0] = &in_strip;
     const triad_rect rect{0, call.out.y0, out_.width, call.out.y1};
     const triad_strip out_strip = made.view(rect);
-    std::vector<std::byte> state(plan_.plan.state_bytes);
-    instance_.strip(last, rect, inputs, &out_strip, state.empty() ? nullptr : state.data());
+    StageState state(plan_.plan.state_bytes);
+    instance_.strip(last, rect, inputs, &out_strip, state.data());
   }
   if (!bypass_.empty()) pass_by(in, made, out, needs.out);
   return out;
 }
 
 void FilterNode::run_pass(BufferPool& pool, int pass, const StripBuffer& in, const StripNeeds& needs, bool may_modify,
-                          std::vector<std::vector<std::byte>>& states) {
+                          std::vector<StageState>& states) {
   StripBuffer view = view_of(pool, in, needs, may_modify);
   if (plan_.plan.nonfinite == TRIAD_NONFINITE_ZERO)
     for (int y = needs.in.y0; y < needs.in.y1; ++y)
@@ -272,7 +282,7 @@ void FilterNode::run_pass(BufferPool& pool, int pass, const StripBuffer& in, con
     inputs[0] = &in_strip;
     states.emplace_back(plan_.plan.state_bytes);
     instance_.strip(pass, {0, call.out.y0, out_.width, call.out.y1}, inputs, nullptr,
-                    states.back().empty() ? nullptr : states.back().data());
+                    states.back().data());
   }
 }
 

@@ -8,6 +8,20 @@
 
 namespace triad {
 
+// A stage's accumulator: zeroed, 64-byte aligned as plugins may expect of the host's memory.
+class StageState {
+ public:
+  explicit StageState(uint64_t bytes = 0) : blocks_((bytes + sizeof(Block) - 1) / sizeof(Block)) {}
+  void* data() { return blocks_.empty() ? nullptr : blocks_.data(); }
+  const void* data() const { return blocks_.empty() ? nullptr : blocks_.data(); }
+
+ private:
+  struct alignas(64) Block {
+    std::byte bytes[64]{};
+  };
+  std::vector<Block> blocks_;
+};
+
 // How one input of a stage is made from a picture.
 struct InputBinding {
   bool rgb = false;           // three colour channels; else all channels as they are
@@ -70,7 +84,7 @@ class FilterNode {
                   bool may_modify, NonFinite& replaced);
   // The same for an earlier pass, which writes state only: one state for each call, in order.
   void run_pass(BufferPool& pool, int pass, const StripBuffer& in, const StripNeeds& needs, bool may_modify,
-                std::vector<std::vector<std::byte>>& states);
+                std::vector<StageState>& states);
   // Bytes allocated by run() on top of its input and its result.
   uint64_t run_bytes(const StripNeeds& needs, bool may_modify) const;
 

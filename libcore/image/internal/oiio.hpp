@@ -2,7 +2,6 @@
 // What the files of image/ share about OpenImageIO. Not installed.
 #pragma once
 
-#include <Imath/half.h>
 #include <OpenImageIO/imageio.h>
 
 #include <cstddef>
