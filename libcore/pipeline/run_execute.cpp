@@ -51,8 +51,8 @@ struct Run::Impl::Token {
   StripBuffer current;
   std::vector<StripBuffer> references;
   StripBuffer mask;
-  std::vector<std::pair<size_t, StripBuffer>> to_write;     // index into outputs
-  std::vector<std::vector<StageState>> states;  // per metric, per call; one list for a filter's pass
+  std::vector<std::pair<size_t, StripBuffer>> to_write;  // index into outputs
+  std::vector<std::vector<StageState>> states;           // per metric, per call; one list for a filter's pass
   std::vector<StripBuffer> maps;
 };
 
@@ -92,8 +92,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
       throw_input("out of memory: '" + request.input.path + "' could not be held whole; see --max-memory");
     }
   }
-  if (drive.sink == Sink::kPass)
-    run.state = StageState(filters[static_cast<size_t>(drive.last)]->plan().state_bytes);
+  if (drive.sink == Sink::kPass) run.state = StageState(filters[static_cast<size_t>(drive.last)]->plan().state_bytes);
   if (final_sink)
     for (size_t m = 0; m < metrics.size(); ++m)
       if (drive.pass < metrics[m]->plan.plan.passes)
@@ -215,8 +214,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
       if (map) map_strip = token.maps[m].view(rect);
       token.states[m].emplace_back(metric.plan.plan.state_bytes);
       auto& state = token.states[m].back();
-      metric.instance.strip(drive.pass, rect, inputs, map ? &map_strip : nullptr,
-                            state.data());
+      metric.instance.strip(drive.pass, rect, inputs, map ? &map_strip : nullptr, state.data());
     }
   };
 

@@ -84,9 +84,8 @@ void Run::Impl::add_outputs() {
       out.spec.colour_space = to;
       // Files say the primaries of linear light; where they are the input's own, its own numbers.
       if (to != input->spec().colour_space || !out.spec.chromaticities)
-        out.spec.chromaticities = encoded || colours.linear_sibling(to) != to
-                                      ? std::nullopt
-                                      : std::optional(colours.chromaticities(to));
+        out.spec.chromaticities =
+            encoded || colours.linear_sibling(to) != to ? std::nullopt : std::optional(colours.chromaticities(to));
     } else if (!request.output_space.empty()) {
       throw_usage("--to '" + request.output_space + "': '" + request.input.path +
                   "' holds no colour in a known space; say which with --from");
