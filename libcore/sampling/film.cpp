@@ -2,12 +2,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
 #include <triad/sampling/film.hpp>
+#include <triad/sampling/sobol.hpp>
 
 namespace triad {
 namespace {
@@ -87,7 +87,7 @@ bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
   if (!sample.valid || !finite(sample.rgb)) return false;
   const bool first = count_[pixel]++ == 0;
   for (int c = 0; c < 3; ++c) sum_[pixel][c].add(sample.rgb[c]);
-  if (planes_.error && (std::popcount(index & 0xaaaaaaaau) & 1)) {
+  if (planes_.error && sobol_half(index)) {
     add_to(half_[pixel].sum, sample.rgb);
     ++half_[pixel].count;
   }

@@ -56,9 +56,10 @@ class Film {
   // large, and for a fixed grid it only says how much a pixel varies. Needs planes().variance.
   std::array<double, 3> variance_of_mean(size_t pixel) const;
   // The root of the mean, over pixels and channels, of the estimated squared error of mean(), which is to say of
-  // (a - b)^2 n_a n_b / n^2 with a and b the means of two halves of the samples. Sample i is in the half
-  // popcount(i & 0xaaaaaaaa) mod 2: of scrambled Sobol points each half is again well distributed, so that the
-  // gain from stratification is seen; as the halves are a little better together than apart, the estimate errs
+  // (a - b)^2 n_a n_b / n^2 with a and b the means of two halves of the samples. Which half a sample is in is the
+  // first digit of a third Sobol dimension (sobol_half()), so that each half of scrambled Sobol points is again well
+  // distributed and the gain from stratification is seen; as the halves are a little better together than apart,
+  // the estimate errs
   // on the large side. A picture of fewer than 256 pixels has too few such differences: it takes
   // variance_of_mean(), if planes().variance is there too. Infinite until every pixel has both halves.
   double estimated_rmse() const;
