@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// The first two dimensions of the Sobol sequence, scrambled after Owen.
+//
+// Owen scrambling (Randomly permuted (t,m,s)-nets and (t,s)-sequences, 1995) flips bit k of a coordinate by a
+// random bit that depends on the k bits above it: points stay uniform, and each elementary interval still
+// holds exactly one of every aligned 2^k consecutive points. Here the random bits are a hash.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <triad/base/random.hpp>
+
+namespace triad {
+
+constexpr uint32_t reverse_bits(uint32_t x) {
+  x = x << 16 | x >> 16;
+  x = (x & 0x00ff00ffu) << 8 | (x & 0xff00ff00u) >> 8;
+  x = (x & 0x0f0f0f0fu) << 4 | (x & 0xf0f0f0f0u) >> 4;
+  x = (x & 0x33333333u) << 2 | (x & 0xccccccccu) >> 2;
+  return (x & 0x55555555u) << 1 | (x & 0xaaaaaaaau) >> 1;
+}
+
+// A nested uniform scramble of x's bits from the highest down. On the reversed word, each step is a bijection in
+// which a bit depends on itself and lower ones only (odd products, sums, and x ^= x * even), which is what nesting
+// asks for: the construction of Laine and Karras (Stratified Sampling for Stochastic Transparency, EGSR 2011),
+// with the multipliers that Vegdahl found by search and published (2021) for a good avalanche.
+constexpr uint32_t owen_scramble(uint32_t x, uint32_t seed) {
+  x = reverse_bits(x);
+  x ^= x * 0x3d20adeau;
+  x += seed;
+  x *= (seed >> 16) | 1u;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
+  return reverse_bits(x);
+}
+
+// Point `index` of the plain Sobol sequence, dimensions 0 (van der Corput's) and 1, as 32-bit binary fractions.
+constexpr std::array<uint32_t, 2> sobol_point(uint32_t index) {
+  const uint32_t x = reverse_bits(index);
+  // Dimension 1's generator matrix is Pascal's triangle modulo 2, the fifth Kronecker power of (1 1; 0 1): one
+  // exchange for each power.
+  uint32_t y = x;
+  y ^= y << 16;
+  y ^= (y & 0x00ff00ffu) << 8;
+  y ^= (y & 0x0f0f0f0fu) << 4;
+  y ^= (y & 0x33333333u) << 2;
+  y ^= (y & 0x55555555u) << 1;
+  return {x, y};
+}
+
+// The same point, scrambled by `key`; 32-bit binary fractions.
+constexpr std::array<uint32_t, 2> sobol_owen_point(uint32_t index, uint64_t key) {
+  const std::array<uint32_t, 2> plain = sobol_point(index);
+  const uint64_t seeds = mix_bits(key + kGoldenIncrement);
+  return {owen_scramble(plain[0], static_cast<uint32_t>(seeds)),
+          owen_scramble(plain[1], static_cast<uint32_t>(seeds >> 32))};
+}
+
+// Pair number `pair` of a point in many dimensions: each pair is the sequence above, its points in an order of
+// its own (the index scrambled as well, after Burley: Practical Hash-based Owen Scrambling, JCGT 9(4), 2020).
+// Every aligned block of 2^k indices stays such a block, so each pair is stratified at every power of two,
+// and no pair is correlated with another. `key` identifies pixel and seed; both numbers are in [0, 1).
+constexpr std::array<float, 2> sobol_owen_pair(uint32_t index, uint32_t pair, uint64_t key) {
+  const uint64_t pair_key = mix_bits(key + kGoldenIncrement * (uint64_t{pair} + 1));
+  const uint32_t shuffled = owen_scramble(index, static_cast<uint32_t>(pair_key));
+  const std::array<uint32_t, 2> point = sobol_owen_point(shuffled, mix_bits(pair_key));
+  return {unit_float(point[0]), unit_float(point[1])};
+}
+
+}  // namespace triad
