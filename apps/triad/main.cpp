@@ -61,6 +61,7 @@ int run_main(int argc, char** argv) {
       "Each verb has its own --help with examples.");
   triad::app::setup_run(app);
   triad::app::setup_compare(app);
+  triad::app::setup_study(app);
   triad::app::setup_info(app);
   triad::app::setup_list(app);
   triad::app::setup_help(app);

@@ -18,5 +18,6 @@ void setup_info(CLI::App& app);
 void setup_list(CLI::App& app);
 void setup_help(CLI::App& app);
 void setup_plugin(CLI::App& app);
+void setup_study(CLI::App& app);
 
 }  // namespace triad::app
