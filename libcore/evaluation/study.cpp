@@ -53,8 +53,8 @@ std::string short_number(double value) {
 double StudyRecord::median(const std::string& measured) const { return quantile(values_of(*this, measured), .5); }
 
 double StudyRecord::spread(const std::string& measured) const {
-  const auto& values = values_of(*this, measured);
-  return (quantile(values, .75) - quantile(values, .25)) / 2;
+  const auto& runs = values_of(*this, measured);
+  return (quantile(runs, .75) - quantile(runs, .25)) / 2;
 }
 
 std::vector<std::string> study_names() {

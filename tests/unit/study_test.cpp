@@ -46,16 +46,16 @@ TEST_F(Studies, ReadPlansAndCombineAxes) {
 }
 
 TEST_F(Studies, RefuseWhatIsNoPlan) {
-  for (const std::string bad :
-       {std::string("work = 'render'\n"), std::string("[[axis]]\nname='a'\nvalues=[1]\n"),
-        std::string("work=3\n[[axis]]\nname='a'\nvalues=[1]\n"),
-        std::string("work='r'\nrepeats=0\n[[axis]]\nname='a'\nvalues=[1]\n"),
-        std::string("work='r'\nfoo=1\n[[axis]]\nname='a'\nvalues=[1]\n"),
-        std::string("work='r'\n[[axis]]\nname='a'\nvalues=[]\n"), std::string("work='r'\n[[axis]]\nvalues=[1]\n"),
-        std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1]\nx=2\n"),
-        std::string("work='r'\n[fixed]\na=1\n[[axis]]\nname='a'\nvalues=[1]\n"),
-        std::string("work='r'\n[[axis]]\nname='a'\nvalues=[[1]]\n"), std::string("work='r'\naxis=3\n"),
-        std::string("work = \n")}) {
+  for (const std::string& bad : std::vector<std::string>{
+           std::string("work = 'render'\n"), std::string("[[axis]]\nname='a'\nvalues=[1]\n"),
+           std::string("work=3\n[[axis]]\nname='a'\nvalues=[1]\n"),
+           std::string("work='r'\nrepeats=0\n[[axis]]\nname='a'\nvalues=[1]\n"),
+           std::string("work='r'\nfoo=1\n[[axis]]\nname='a'\nvalues=[1]\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[]\n"), std::string("work='r'\n[[axis]]\nvalues=[1]\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1]\nx=2\n"),
+           std::string("work='r'\n[fixed]\na=1\n[[axis]]\nname='a'\nvalues=[1]\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[[1]]\n"), std::string("work='r'\naxis=3\n"),
+           std::string("work = \n")}) {
     try {
       load_study(write(bad));
       ADD_FAILURE() << bad;
