@@ -66,7 +66,7 @@ struct RunRequest {
 };
 
 struct MetricResult {
-  std::string test;  // the file written, or the input where none is
+  std::string test;  // the chain's input; what is judged is what comes out of the chain, before it is stored
   std::string reference, metric, label;
   std::vector<std::pair<std::string, std::string>> parameters;
   struct Score {

@@ -218,13 +218,30 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     }
   };
 
+  // Of rows of the test or a reference: what is not finite and not left out by the mask or the crop.
+  const auto pooled_nonfinite = [&](const Token& token, const StripBuffer& buffer, const ImageSpec& spec,
+                                    RowRange rows) {
+    NonFinite found = treat_nonfinite(buffer, rows, false);
+    if (!found.total() || !token.mask) return found;
+    found = {};
+    for (int y = rows.y0; y < rows.y1; ++y) {
+      const int mask_y = std::clamp(static_cast<int>(static_cast<int64_t>(y) * sink_spec.height / spec.height),
+                                    token.mask.rows().y0, token.mask.rows().y1 - 1);
+      for (int x = 0; x < spec.width; ++x)
+        if (token.mask.row(mask_y)[static_cast<int64_t>(x) * sink_spec.width / spec.width] > 0)
+          found += count_nonfinite(buffer.row(y) + static_cast<size_t>(x) * buffer.channels(),
+                                   static_cast<size_t>(buffer.channels()));
+    }
+    return found;
+  };
+
   // Values that are not finite in what the metrics compare: counted once, weighted out, replaced by 0.
   const auto examine = [&](Token& token) {
     if (!final_sink || metrics.empty()) return;
     const TokenPlan& plan = *token.plan;
     NonFinite in_test;
     std::vector<NonFinite> in_references(references.size());
-    if (counts) in_test = treat_nonfinite(token.current, plan.sink, false);
+    if (counts) in_test = pooled_nonfinite(token, token.current, sink_spec, plan.sink);
     for (size_t r = 0; r < references.size(); ++r) {
       if (!token.references[r] || !counts) continue;
       // Rows of the reference that belong to this strip alone.
@@ -233,7 +250,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
       RowRange own{static_cast<int>(plan.sink.y0 * height / sink_spec.height),
                    static_cast<int>(plan.sink.y1 * height / sink_spec.height)};
       own = {std::max(own.y0, all.y0), std::min(own.y1, all.y1)};
-      in_references[r] = treat_nonfinite(token.references[r], own, false);
+      in_references[r] = pooled_nonfinite(token, token.references[r], references[r].source->spec(), own);
     }
     if (request.metric_nan == NanPolicy::kIgnore && token.mask)
       for (int y = plan.mask_rows.y0; y < plan.mask_rows.y1; ++y)
@@ -325,6 +342,8 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
                        filter.run_pass(run.pool, drive.pass, token.current, token.plan->stages.back(), true,
                                        token.states[0]);
                      }});
+  } else if (drive.sink == Sink::kWrite) {
+    steps.push_back({false, [&](Token& token) { keep_for_writing(token, drive.last, true); }});
   } else {
     steps.push_back({false, [&](Token& token) {
                        token.states.resize(metrics.size());
@@ -409,7 +428,7 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
     if (run.replaced[i].total())
       warn("'" + filters[i]->instance().info().id() + "' replaced " + std::to_string(run.replaced[i].nan) +
            " NaN and " + std::to_string(run.replaced[i].inf) + " infinite values of '" + request.input.path +
-           "' by 0: they would have spread over whole rows");
+           "' by 0: they would have spread");
   check_cancel();
   for (auto& writer : run.writers) writer->commit();
   for (auto& writer : run.map_writers)
@@ -422,7 +441,7 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
   for (size_t m = 0; m < metrics.size(); ++m) {
     MetricNode& metric = *metrics[m];
     MetricResult made;
-    made.test = request.output.empty() ? request.input.path : request.output;
+    made.test = request.input.path;
     made.reference = references[metric.reference].path;
     made.metric = metric.instance.info().id();
     made.label = metric.label;
