@@ -126,7 +126,8 @@ int steps_needed(const std::vector<Transform>& worlds, const std::vector<Eigen::
 void read_materials(File& file, Scene& scene);  // gltf_material.cpp
 // gltf_picture.cpp. Colour is decoded to linear light and keeps its alpha; data are as stored, without alpha.
 Texture read_picture(const File& file, int image, bool colour);
-Texture read_picture_file(const std::string& path, bool colour);
+// `user` is who asks, for the message.
+Texture read_picture_file(const File& file, const std::string& uri, bool colour, const std::string& user);
 void read_environment(File& file, const Nodes& nodes, Scene& scene);  // gltf_view.cpp
 // A camera hangs on an entry of the nodes; its file says whether it has a shutter.
 struct CameraUse {

@@ -94,16 +94,22 @@ Texture decode(const std::string& path, bool colour) {
 
 }  // namespace
 
-Texture read_picture_file(const std::string& path, bool colour) {
-  Texture texture = decode(path, colour);
-  texture.name = path;
-  return texture;
+Texture read_picture_file(const File& file, const std::string& uri, bool colour, const std::string& user) {
+  const std::string path = file.resolve(uri);
+  try {
+    Texture texture = decode(path, colour);
+    texture.name = path;
+    return texture;
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kInput) throw;
+    file.fail(user + ": " + error.what());
+  }
 }
 
 Texture read_picture(const File& file, int index, bool colour) {
   const auto& image = file.model.images[static_cast<size_t>(index)];
   const std::string user = describe("image", static_cast<size_t>(index), image.name);
-  if (image.bufferView < 0 && image.image.empty()) return read_picture_file(file.resolve(image.uri), colour);
+  if (image.bufferView < 0 && image.image.empty()) return read_picture_file(file, image.uri, colour, user);
   const unsigned char* data = image.image.data();
   size_t size = image.image.size();
   if (image.bufferView >= 0) {
@@ -120,6 +126,7 @@ Texture read_picture(const File& file, int index, bool colour) {
     texture.name = image.name.empty() ? user : image.name;
     return texture;
   } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kInput) throw;
     std::string why = error.what();  // names a file that nobody knows
     if (const std::string known = "cannot read '" + memory.path() + "': "; why.rfind(known, 0) == 0)
       why.erase(0, known.size());

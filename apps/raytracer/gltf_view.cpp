@@ -197,7 +197,8 @@ void read_environment(File& file, const Nodes& nodes, Scene& scene) {
   const float strength = check(number_of(file, extras, "environment_strength", 1, user), "environment_strength");
   scene.environment.radiance = {strength, strength, strength};
   scene.environment.texture = static_cast<int>(scene.textures.size());
-  scene.textures.push_back(read_picture_file(file.resolve(extras.Get("environment").Get<std::string>()), true));
+  scene.textures.push_back(
+      read_picture_file(file, extras.Get("environment").Get<std::string>(), true, "the scene's 'environment'"));
 }
 
 }  // namespace triad::raytracer::gltf
