@@ -56,25 +56,42 @@ FilmPlanes parse_planes(const std::string& text, const std::string& option) {
   return planes;
 }
 
+std::vector<std::string> film_channels(const FilmPlanes& planes) {
+  std::vector<std::string> channels{"R", "G", "B"};
+  const auto name = [&](bool wanted, std::initializer_list<const char*> names) {
+    if (wanted) channels.insert(channels.end(), names.begin(), names.end());
+  };
+  name(planes.depth, {"Z"});
+  name(planes.position, {"P.X", "P.Y", "P.Z"});
+  name(planes.normal, {"N.X", "N.Y", "N.Z"});
+  name(planes.albedo, {"albedo.R", "albedo.G", "albedo.B"});
+  name(planes.object_id, {"object_id"});
+  name(planes.material_id, {"material_id"});
+  name(planes.variance, {"variance.R", "variance.G", "variance.B"});
+  name(planes.samples, {"samples"});
+  return channels;
+}
+
+void require_film_memory(int width, int height, const FilmPlanes& planes) {
+  const size_t each = 52 + 32 * planes.error + 48 * planes.variance + 12 * planes.depth + 24 * planes.position +
+                      24 * planes.normal + 24 * planes.albedo + 4 * planes.object_id + 4 * planes.material_id +
+                      sizeof(float) * film_channels(planes).size();  // and the picture made of it
+  const double bytes = static_cast<double>(each) * width * height;
+  if (bytes > machine_bytes())
+    throw_input("a picture of " + std::to_string(width) + "x" + std::to_string(height) + " pixels takes " +
+                format_double(std::ceil(bytes / 1e9)) + " GB of memory, and this machine has " +
+                format_bytes(static_cast<uint64_t>(machine_bytes())) + "; ask for a smaller --size");
+}
+
 Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), height_(height), planes_(planes) {
   if (width < 1 || height < 1) throw_internal("a film of " + std::to_string(width) + "x" + std::to_string(height));
-  const bool hits = planes.depth || planes.position || planes.normal;
-  const double each =
-      static_cast<double>(sizeof(std::array<NeumaierSum, 3>) + sizeof(uint32_t) + (planes.error ? sizeof(Half) : 0) +
-                          (planes.variance ? sizeof(Moments) : 0) + (hits ? 4 : 0) + (planes.depth ? 8 : 0) +
-                          24 * (size_t{planes.position} + planes.normal + planes.albedo) +
-                          4 * (size_t{planes.object_id} + planes.material_id));
-  const double bytes = each * width * height;
-  if (bytes > machine_bytes())
-    throw_input("a film of " + std::to_string(width) + "x" + std::to_string(height) + " pixels takes " +
-                format_double(std::ceil(bytes / 1e9)) + " GB, more than this machine has (" +
-                format_bytes(static_cast<uint64_t>(machine_bytes())) + "); ask for fewer pixels");
+  require_film_memory(width, height, planes);
   const size_t n = static_cast<size_t>(width) * static_cast<size_t>(height);
   sum_.resize(n);
   count_.resize(n);
   if (planes.error) half_.resize(n);
-  if (planes.variance) moments_.resize(n);
-  if (hits) hits_.resize(n);
+  if (planes.variance || (planes.error && n < kFewPixels)) moments_.resize(n);
+  if (planes.depth || planes.position || planes.normal) hits_.resize(n);
   if (planes.depth) depth_.resize(n);
   if (planes.position) position_.resize(n);
   if (planes.normal) normal_.resize(n);
@@ -91,7 +108,7 @@ bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
     add_to(half_[pixel].sum, sample.rgb);
     ++half_[pixel].count;
   }
-  if (planes_.variance) {
+  if (!moments_.empty()) {
     Moments& m = moments_[pixel];
     for (int c = 0; c < 3; ++c) {
       const double before = sample.rgb[c] - m.mean[c];
@@ -117,7 +134,7 @@ std::array<double, 3> Film::mean(size_t pixel) const {
 }
 
 std::array<double, 3> Film::variance_of_mean(size_t pixel) const {
-  if (!planes_.variance) throw_internal("a film without variance was asked for it");
+  if (moments_.empty()) throw_internal("a film without variance was asked for it");
   const double n = count_[pixel];
   if (n < 2) return {};
   const Moments& m = moments_[pixel];
@@ -128,7 +145,7 @@ std::array<double, 3> Film::variance_of_mean(size_t pixel) const {
 
 double Film::estimated_rmse() const {
   if (!planes_.error) throw_internal("a film without halves was asked for its error");
-  const bool few = pixels() < kFewPixels && planes_.variance;
+  const bool few = pixels() < kFewPixels;
   NeumaierSum sum;
   for (size_t p = 0; p < pixels(); ++p) {
     const double n = count_[p], b = half_[p].count, a = n - b;
@@ -148,18 +165,7 @@ Image Film::image() const {
   spec.width = width_;
   spec.height = height_;
   spec.colour_channels = 3;
-  spec.channels = {"R", "G", "B"};
-  const auto name = [&](bool wanted, std::initializer_list<const char*> names) {
-    if (wanted) spec.channels.insert(spec.channels.end(), names.begin(), names.end());
-  };
-  name(planes_.depth, {"Z"});
-  name(planes_.position, {"P.X", "P.Y", "P.Z"});
-  name(planes_.normal, {"N.X", "N.Y", "N.Z"});
-  name(planes_.albedo, {"albedo.R", "albedo.G", "albedo.B"});
-  name(planes_.object_id, {"object_id"});
-  name(planes_.material_id, {"material_id"});
-  name(planes_.variance, {"variance.R", "variance.G", "variance.B"});
-  name(planes_.samples, {"samples"});
+  spec.channels = film_channels(planes_);
   image.pixels.reserve(pixels() * spec.channels.size());
   const auto put = [&](double value) { image.pixels.push_back(static_cast<float>(value)); };
   const auto put3 = [&](const std::array<double, 3>& v, double n) {

@@ -30,12 +30,16 @@ struct FilmPlanes {
 FilmPlanes parse_planes(const std::string& text, const std::string& option);
 // Those names, for help texts.
 std::vector<std::string> plane_names();
+// The channels of Film::image().
+std::vector<std::string> film_channels(const FilmPlanes& planes);
+// Throws Error(kInput) if this machine has not the memory for such a film.
+void require_film_memory(int width, int height, const FilmPlanes& planes);
 
 // Sums are exact to about 2^-53 of the sum's size (Neumaier's compensation), and depend on the order in which one
 // pixel's samples come and on nothing else. Different threads may add to different pixels at the same time.
 class Film {
  public:
-  // Throws Error(kInput) if the machine has not the memory for it, before any is taken.
+  // Throws as require_film_memory() does, before any memory is taken.
   Film(int width, int height, const FilmPlanes& planes);
 
   int width() const { return width_; }
@@ -61,7 +65,7 @@ class Film {
   // distributed and the gain from stratification is seen; as the halves are a little better together than apart,
   // the estimate errs
   // on the large side. A picture of fewer than 256 pixels has too few such differences: it takes
-  // variance_of_mean(), if planes().variance is there too. Infinite until every pixel has both halves.
+  // variance_of_mean(). Infinite until every pixel has both halves.
   double estimated_rmse() const;
 
   // Colour as R, G, B, then the planes asked for: Z (mean over the samples that hit; infinite if none did), P.X

@@ -11,7 +11,7 @@ const StrategyInfo kInfo{
     "n x n samples on a regular grid in each pixel",
     "The mean of samples at ((i + 1/2) / n, (j + 1/2) / n). Exact where light changes linearly; edges "
     "near the horizontal or the vertical show n steps of grey at most.",
-    {{"n", "samples along each side of a pixel", "", 1, 1024, 2}}};
+    {{"n", "samples along each side of a pixel", 1, 1024, 2}}};
 
 class Grid final : public PointStrategy {
  public:

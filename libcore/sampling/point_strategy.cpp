@@ -95,7 +95,7 @@ RenderResult PointStrategy::render(const Source& source, const RenderOptions& op
   const CountingSource counted(source);
   const int width = source.width(), height = source.height();
   FilmPlanes planes = options.planes;
-  if (options.until_rmse > 0) planes.error = planes.variance = true;
+  if (options.until_rmse > 0) planes.error = true;
   planes.error = planes.error && estimates_error();
   RenderResult result{.film = Film(width, height, planes), .passes = {}};
   Shared shared(counted, result.film, options);

@@ -12,7 +12,7 @@ const StrategyInfo kInfo{
     "pixel. "
     "Unbiased; with spp a power of two, each elementary interval of the pixel (a box of 2^-a by 2^-b with 2^(a+b) = "
     "spp) holds exactly one. The general choice.",
-    {{"spp", "samples per pixel", "", 1, 1 << 24, 16}}};
+    {{"spp", "samples per pixel", 1, 1 << 24, 16}}};
 
 class SobolOwen final : public PointStrategy {
  public:

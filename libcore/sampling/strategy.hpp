@@ -16,7 +16,7 @@ namespace triad {
 
 // A parameter of a strategy: a whole number.
 struct StrategyParam {
-  std::string name, doc, unit;
+  std::string name, doc;
   int64_t least = 0, most = 0, usual = 0;
 };
 
