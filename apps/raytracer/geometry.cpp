@@ -258,6 +258,7 @@ Surface Geometry::surface(const Ray& ray, HitId hit, bool texcoords) const {
     surface.distance = static_cast<float>(std::max(0., inner(edge2, along) / determinant));
   }
   const double w = 1 - u - v;
+  surface.to_edge = static_cast<float>(std::min(u, std::min(v, w)));
   surface.position = {static_cast<float>(at[0].x + u * edge1.x + v * edge2.x),
                       static_cast<float>(at[0].y + u * edge1.y + v * edge2.y),
                       static_cast<float>(at[0].z + u * edge1.z + v * edge2.z)};

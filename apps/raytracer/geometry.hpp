@@ -44,6 +44,7 @@ struct Surface {
   float distance = 0;       // in lengths of the ray's direction
   float offset_m = 0;       // how far a ray must start from here so that it cannot meet the triangle again
   float area_m2 = 0;        // of the triangle at that time
+  float to_edge = 1;        // the least barycentric coordinate, 0 on an edge
   std::array<Float2, 2> uv{};
 };
 

@@ -135,13 +135,20 @@ class PathKernel {
   bool shade(int i, int depth, Sample& sample) {
     Path& path = paths_[i];
     Ray& ray = rays_[i];
+    Surface surface;
+    if (hits_[i].mesh != kMiss) surface = scene_.geometry.surface(ray, hits_[i], kHasPictures);
+    if (depth == 0 && surface.to_edge < kOnEdge) {
+      // Which of two triangles a ray on their common edge meets depends on its neighbours in the packet. Alone, it
+      // depends on the ray.
+      scene_.geometry.intersect(rays_, 1u << i, lane_keys_, false, hits_);
+      if (hits_[i].mesh != kMiss) surface = scene_.geometry.surface(ray, hits_[i], kHasPictures);
+    }
     const HitId hit = hits_[i];
     if (hit.mesh == kMiss) {
       if (depth == 0) sample = Sample{};
       miss(path, ray);
       return false;
     }
-    const Surface surface = scene_.geometry.surface(ray, hit, kHasPictures);
     const Mesh& mesh = scene_.scene.meshes[hit.mesh];
     const Material& material = scene_.scene.materials[mesh.material];
     const bool front = dot(ray.direction, surface.geometric_normal) <= 0;
@@ -280,6 +287,7 @@ class PathKernel {
   }
 
   static constexpr float kLeastCosine = 1e-6f;     // towards the viewer; keeps the BSDF's divisions finite
+  static constexpr float kOnEdge = 1e-5f;          // barycentric; far above what Embree's rounding can decide
   static constexpr float kBeforeLight = .9999f;    // of the way to the light: do not meet the light itself
 
   const KernelScene& scene_;
