@@ -26,8 +26,9 @@ struct SourceOptions {
   std::optional<EffectSet> effects;  // what to draw; nothing: what the scene calls for
   bool specialise = true;            // false: run the kernel with everything compiled in, to compare
   uint64_t seed = 0;                 // added to that of each request
-  int max_depth = 32;                // surfaces that a path may meet after the first; 0: light seen directly and
-                                     // the first surface's direct light. Longest path kept, at most 1000
+  // Times that a path may be scattered after the first surface, at most 1000; past it only light that is met
+  // directly counts. 0: direct light, and mirrors that show lamps alone.
+  int max_depth = 32;
   // Embree's report of progress while it builds, 0 to 1, from any thread; returning false cancels.
   bool (*build_progress)(void* user, double fraction) = nullptr;
   void* build_progress_user = nullptr;
@@ -38,9 +39,9 @@ struct SourceOptions {
 class SceneSource : public Source {
  public:
   virtual const EffectAnalysis& analysis() const = 0;
-  // What is drawn (the analysis or the override), and the set that the kernel was compiled for, which holds it.
+  // What is drawn (the analysis or the override), and all that the kernel was compiled for.
   virtual EffectSet effects() const = 0;
-  virtual std::string kernel() const = 0;
+  virtual EffectSet kernel_effects() const = 0;
   virtual uint64_t rays(RayKind kind) const = 0;
   virtual uint64_t invalid_samples() const = 0;
   // Bytes that Embree and the tables beside the scene hold.

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the path tracing kernels share: their parameters, and how they are chosen.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "camera.hpp"
+#include "geometry.hpp"
+#include "lights.hpp"
+#include "material.hpp"
+
+namespace triad::raytracer {
+
+// What a kernel is compiled for; a bit that is not set leaves the code out. Depth of field, motion blur and the
+// background cost a kernel a branch for each ray, and are decided as it runs.
+enum KernelBit : uint32_t {
+  kAims = 1,       // shadow rays: point lights, area lights, environment image
+  kDiffuse = 2,    // indirect diffuse light
+  kGlossyBit = 4,  // glossy reflection
+  kSharp = 8,      // mirrors and glass
+  kPictures = 16   // textures
+};
+constexpr uint32_t kKernelCount = 32;
+
+// A scene made ready. Read by all threads, written by none.
+struct KernelScene {
+  const Scene& scene;
+  const Geometry& geometry;
+  const Lights& lights;
+  const FilmCamera& camera;
+  EffectSet effects;
+  std::vector<LobeSet> lobes;  // for each material, those that are drawn
+  bool motion;
+  uint64_t seed;
+  int max_depth;
+};
+
+struct KernelCounts {
+  std::array<uint64_t, kRayKindCount> rays{};
+  uint64_t invalid = 0;
+};
+
+using Kernel = void (*)(const KernelScene&, std::span<const SampleRequest>, std::span<Sample>, KernelCounts&);
+
+// The bits that a set of effects needs.
+uint32_t kernel_bits(EffectSet effects);
+Kernel kernel_for(uint32_t bits);
+// The effects that a kernel can draw.
+EffectSet kernel_effects(uint32_t bits);
+
+}  // namespace triad::raytracer

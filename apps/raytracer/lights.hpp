@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lights as something to aim at: chosen with probability proportional to their power, then a point on them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "effects.hpp"
+#include "geometry.hpp"
+
+namespace triad::raytracer {
+
+// Draws i with probability weights[i] / sum in constant time: Vose, A Linear Algorithm for Generating Random Numbers
+// with a Given Distribution, IEEE TSE 17(9), 1991. Weights that are not positive and finite count as 0.
+class AliasTable {
+ public:
+  AliasTable() = default;
+  explicit AliasTable(const std::vector<double>& weights);
+  bool empty() const { return entries_.empty(); }  // no weights, or all 0
+  // u in [0, 1), of more bits than a float has: what is left of it after a million entries decides about aliases.
+  uint32_t draw(double u) const;
+  float probability(uint32_t i) const { return entries_[i].probability; }
+  uint64_t memory_bytes() const { return entries_.size() * sizeof(Entry); }
+
+ private:
+  struct Entry {
+    float keep, probability;
+    uint32_t alias;
+  };
+  std::vector<Entry> entries_;
+};
+
+// Light that arrives at a point from one direction.
+struct LightSample {
+  Float3 towards;   // unit length, from the point to the light
+  float distance;   // infinite for lights without a place
+  Float3 radiance;  // over its density: radiance / pdf, or irradiance / probability for lights without size
+  float pdf = 0;    // per solid angle, the choice of the light included; 0: a light without size, that no ray can hit
+  Float3 end;       // of the shadow ray, if distance is finite
+};
+
+class Lights {
+ public:
+  Lights(const Scene& scene, const Geometry& geometry, EffectSet effects);
+
+  bool empty() const { return choice_.empty(); }
+  // False if no light reaches the point from there (a lamp's back, outside of a cone).
+  bool sample(Float3 point, float time, double choose, float u, float v, bool textures, LightSample& light) const;
+
+  // Density per solid angle of sample() for a direction that met this emitting triangle; 0: it never aims there.
+  float pdf(HitId triangle, float area_m2, float distance_m, float cosine) const;
+  // Likewise for a direction that met nothing.
+  float environment_pdf(Float3 towards) const;
+  bool aims_at_environment() const { return environment_entry_ != kNone; }
+  uint64_t memory_bytes() const;
+
+ private:
+  static constexpr uint32_t kNone = ~0u;
+  bool sample_punctual(const Light& light, Float3 point, float scale, LightSample& out) const;
+  bool sample_triangle(HitId triangle, Float3 point, float time, float u, float v, float probability, bool textures,
+                       LightSample& out) const;
+  bool sample_environment(float u, float v, LightSample& out) const;
+  void make_environment(std::vector<double>& powers, double scene_radius_m, EffectSet effects);
+
+  const Scene& scene_;
+  const Geometry& geometry_;
+  AliasTable choice_;
+  std::vector<uint32_t> punctual_;        // entry -> index into Scene::lights; the first entries
+  std::vector<HitId> triangles_;          // the next entries
+  std::vector<uint32_t> first_of_mesh_;   // mesh -> entry of its first triangle, or kNone
+  uint32_t environment_entry_ = kNone;    // the last entry
+  // Cumulative distributions of the environment image, by row and within each row; each ends in 1.
+  std::vector<float> row_cdf_, column_cdf_;
+};
+
+// What a triangle sends out from its front (and back, if double-sided) at a point with these coordinates.
+Float3 emitted_radiance(const Scene& scene, const Material& material, const std::array<Float2, 2>& uv, bool textures);
+
+}  // namespace triad::raytracer

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// The ray tracer as a whole: what must be the same to the last bit, what is counted, and what must not break.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "raytracer/geometry.hpp"
+#include "raytracer_scenes.hpp"
+
+namespace triad::raytracer::testing {
+namespace {
+
+bool same_bits(const std::vector<Sample>& a, const std::vector<Sample>& b) {
+  for (size_t i = 0; i < a.size(); ++i)
+    if (std::memcmp(a[i].rgb.data(), b[i].rgb.data(), sizeof(a[i].rgb)) != 0 ||
+        std::memcmp(&a[i].distance, &b[i].distance, sizeof(float)) != 0 || a[i].normal != b[i].normal ||
+        a[i].object_id != b[i].object_id)
+      return false;
+  return a.size() == b.size();
+}
+
+struct NamedScene {
+  std::string name;
+  Scene scene;
+};
+
+std::vector<NamedScene> all_kinds() {
+  std::vector<NamedScene> kinds;
+  kinds.push_back({"matt", box(matt({.5f, .5f, .5f}), matt({.2f, .3f, .9f}))});
+  kinds.push_back({"mirror", box(metal({.9f, .8f, .5f}, 0), matt({.5f, .5f, .5f}))});
+  kinds.push_back({"glossy", box(metal({.9f, .8f, .5f}, .3f), coated({.5f, .1f, .1f}, .2f))});
+  kinds.push_back({"glass", box(glass(1.5f), matt({.5f, .5f, .5f}))});
+  kinds.push_back({"mirror coat", box(coated({.5f, .1f, .1f}, 0), matt({.5f, .5f, .5f}))});
+  Scene points = box(matt({.5f, .5f, .5f}), matt({.2f, .3f, .9f}));
+  points.materials[3].emission = {};
+  points.lights.push_back({"bulb", LightKind::kPoint, {0, .5f, 0}, {}, {1, 1, 1}});
+  points.lights.push_back({"torch", LightKind::kSpot, {.5f, .9f, .5f}, {0, -1, 0}, {2, 2, 2}, .2f, .5f});
+  points.lights.push_back({"sun", LightKind::kDirectional, {}, {0, -.6f, -.8f}, {1, 1, 1}});
+  kinds.push_back({"point lights", std::move(points)});
+  Scene outdoors = box(metal({.9f, .8f, .5f}, .3f), matt({.5f, .5f, .5f}));
+  outdoors.environment.radiance = {.4f, .5f, .8f};
+  kinds.push_back({"background", outdoors});
+  Texture sky{"sky", 16, 8, 3, std::vector<float>(16 * 8 * 3, .2f)};
+  for (int i = 0; i < 3; ++i) sky.texels[(2 * 16 + 9) * 3 + i] = 60;
+  outdoors.textures.push_back(sky);
+  outdoors.environment.texture = 0;
+  kinds.push_back({"environment image", outdoors});
+  Scene pictures = box(matt({.5f, .5f, .5f}), matt({1, 1, 1}));
+  Texture holes{"holes", 4, 4, 4, {}};
+  for (int i = 0; i < 16; ++i) holes.texels.insert(holes.texels.end(), {.9f, .05f * static_cast<float>(i), .5f, i % 3 == 0 ? .2f : .9f});
+  pictures.textures.push_back(holes);
+  pictures.materials[1].base_color_texture.texture = 0;
+  pictures.materials[2].base_color_texture.texture = 0;
+  pictures.materials[2].alpha_mode = AlphaMode::kBlend;
+  pictures.cameras[0].aperture_radius_m = .05;
+  pictures.cameras[0].focus_distance_m = 4;
+  kinds.push_back({"pictures, holes and a lens", std::move(pictures)});
+  Scene motion = box(matt({.5f, .5f, .5f}), matt({1, 1, 1}));
+  std::vector<Float3> later = motion.meshes[6].positions;
+  for (Float3& p : later) p.x += .3f;
+  motion.meshes[6].motion_positions = {later};
+  motion.cameras[0].shutter_close_s = .1;
+  kinds.push_back({"motion", std::move(motion)});
+  return kinds;
+}
+
+TEST(RayTracer, SpecialisedKernelsDrawTheSameBitsAsTheFullOne) {
+  const auto list = requests(24, 24, 4);
+  for (const auto& [name, scene] : all_kinds()) {
+    SCOPED_TRACE(name);
+    const auto special = source_of(scene, 24, 24);
+    SourceOptions options;
+    options.effects = EffectSet::all();
+    options.specialise = false;
+    const auto full = source_of(scene, 24, 24, options);
+    EXPECT_NE(special->kernel_effects(), EffectSet::all());
+    EXPECT_EQ(full->kernel_effects(), EffectSet::all());
+    EXPECT_TRUE(same_bits(evaluate(*special, list), evaluate(*full, list)));
+    for (int kind = 0; kind < kRayKindCount; ++kind)
+      EXPECT_EQ(special->rays(static_cast<RayKind>(kind)), full->rays(static_cast<RayKind>(kind)));
+  }
+}
+
+TEST(RayTracer, SameBitsForAnyNumberOfThreadsAndPieces) {
+  for (const auto& [name, scene] : all_kinds()) {
+    SCOPED_TRACE(name);
+    const auto source = source_of(scene, 24, 24);
+    const auto list = requests(24, 24, 4);
+    const auto once = evaluate(*source, list, 1, list.size());
+    EXPECT_TRUE(same_bits(once, evaluate(*source, list, 2, 500)));
+    EXPECT_TRUE(same_bits(once, evaluate(*source, list, 7, 37)));
+    EXPECT_TRUE(same_bits(once, evaluate(*source, list, 1, 1)));
+  }
+}
+
+TEST(RayTracer, CastsNoRayForAnAbsentEffect) {
+  const std::map<RayKind, std::vector<Effect>> needs{
+      {RayKind::kShadow, {Effect::kPointLight, Effect::kAreaLight, Effect::kEnvironment}},
+      {RayKind::kDiffuse, {Effect::kIndirectDiffuse}},
+      {RayKind::kGlossy, {Effect::kGlossy}},
+      {RayKind::kMirror, {Effect::kMirror}},
+      {RayKind::kRefraction, {Effect::kRefraction}}};
+  const auto list = requests(24, 24, 4);
+  for (const auto& [name, scene] : all_kinds()) {
+    SCOPED_TRACE(name);
+    const auto source = source_of(scene, 24, 24);
+    evaluate(*source, list);
+    EXPECT_EQ(source->rays(RayKind::kCamera), list.size());
+    for (const auto& [kind, effects] : needs) {
+      bool present = false;
+      for (const Effect effect : effects) present |= source->effects().has(effect);
+      EXPECT_EQ(source->rays(kind) > 0, present) << ray_kind_name(kind) << ", " << source->analysis().text();
+    }
+    SourceOptions nothing;
+    nothing.effects = EffectSet{};
+    const auto bare = source_of(scene, 24, 24, nothing);
+    evaluate(*bare, list);
+    for (const WorkCount& work : bare->work()) EXPECT_EQ(work.count, work.kind == "camera rays" ? list.size() : 0);
+  }
+}
+
+TEST(RayTracer, SaysWhichEffectsAndWhy) {
+  Scene scene = box(metal({1, 1, 1}, 0), glass(1.5f));
+  scene.meshes[5].name = "lamp";
+  scene.materials[4].name = "chrome";
+  scene.materials[5].name = "window";
+  EXPECT_EQ(analyse_effects(scene, 0).text(),
+            "effects: area-light (mesh 'lamp'), indirect-diffuse (material 0), mirror (material 'chrome'), refraction "
+            "(material 'window')");
+  EXPECT_EQ(parse_effects("mirror,area-light"), parse_effects("area-light,mirror"));
+  EXPECT_EQ(effects_text(parse_effects("mirror,area-light")), "area-light,mirror");
+  EXPECT_EQ(parse_effects("none"), EffectSet{});
+  EXPECT_EQ(effects_text(EffectSet::all()), "all");
+  EXPECT_ANY_THROW(parse_effects("mirrors"));
+  EXPECT_ANY_THROW(parse_effects(""));
+  EXPECT_ANY_THROW(parse_effects("mirror,"));
+}
+
+// Rays at points of a closed mesh's edges, or at its corners, from inside: how many find a way out.
+uint64_t leaks(int shots, bool corners, bool packets) {
+  Scene scene;
+  add_mesh(scene, ball(4), add_material(scene, matt({1, 1, 1})));
+  scene.cameras.push_back({});
+  const Geometry geometry(scene, {}, {});
+  const Mesh& mesh = scene.meshes[0];
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> unit(0, 1);
+  const uint64_t keys[kLanes] = {};
+  Ray rays[kLanes];
+  HitId hits[kLanes];
+  uint64_t count = 0;
+  for (int shot = 0; shot < shots; shot += kLanes) {
+    for (Ray& ray : rays) {
+      const auto& corner = mesh.indices[random() % mesh.indices.size()];
+      const Float3 a = mesh.positions[corner[0]], b = mesh.positions[corner[1]];
+      ray.origin = {unit(random) - .5f, unit(random) - .5f, unit(random) - .5f};
+      ray.direction = normalise(lerp(a, b, corners ? 0 : unit(random)) - ray.origin);
+    }
+    geometry.intersect(rays, 0xffff, keys, packets, hits);
+    for (const HitId hit : hits) count += hit.mesh == kMiss ? 1 : 0;
+  }
+  return count;
+}
+
+TEST(RayTracer, NoRayLeavesAClosedMeshThroughItsEdges) {
+  EXPECT_EQ(leaks(500'000, false, false), 0u);
+  EXPECT_EQ(leaks(500'000, false, true), 0u);
+}
+
+TEST(RayTracer, BlackSceneIsBlackAndCostsCameraRaysOnly) {
+  Scene scene = box(matt({1, 1, 1}), metal({1, 1, 1}, .5f));
+  scene.materials[3].emission = {};
+  const auto source = source_of(scene, 16, 16);
+  for (const Sample& sample : evaluate(*source, requests(16, 16, 4))) {
+    EXPECT_EQ(sample.rgb, (std::array<float, 3>{}));
+    EXPECT_TRUE(sample.valid);
+  }
+  EXPECT_EQ(source->rays(RayKind::kCamera), 1024u);
+  EXPECT_EQ(source->rays(RayKind::kShadow) + source->rays(RayKind::kDiffuse) + source->rays(RayKind::kGlossy), 0u);
+}
+
+TEST(RayTracer, PointLightANanometreAwayIsFiniteAndRight) {
+  for (const float height_m : {1e-9f, 1e-6f, 1e-3f, 1.f}) {
+    Scene scene;
+    add_mesh(scene, quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}), add_material(scene, matt({.5f, .5f, .5f})));
+    scene.lights.push_back({"", LightKind::kPoint, {0, height_m, 0}, {}, {1, 1, 1}});
+    scene.cameras.push_back(looking({0, 1, 0}, {0, 0, 0}, 1e-12));
+    scene.cameras[0].poses[0].position_m.y = 2;
+    const auto source = source_of(scene, 1, 1);
+    const Sample sample = evaluate(*source, requests(1, 1, 1))[0];
+    const double expected = .5 / std::numbers::pi / height_m / height_m;
+    ASSERT_TRUE(sample.valid) << height_m;
+    EXPECT_NEAR(sample.rgb[0] / expected, 1, 1e-5) << height_m;
+    EXPECT_EQ(source->invalid_samples(), 0u);
+  }
+}
+
+TEST(RayTracer, LeavesFloatingPointModesAlone) {
+  const auto source = source_of(box(matt({1, 1, 1}), matt({1, 1, 1})), 4, 4);
+  const auto list = requests(4, 4, 1);
+  std::vector<Sample> samples(list.size());
+  source->eval(list, samples);
+  volatile float small = 1e-38f;
+  EXPECT_GT(small * .01f, 0.f);
+}
+
+TEST(RayTracer, WideFilmShowsTheSameView) {
+  const Scene scene = box(matt({1, 1, 1}), matt({1, 1, 1}));
+  SourceOptions wide_options;
+  wide_options.picture_aspect = 1;
+  const auto square = source_of(scene, 16, 16);
+  const auto wide = source_of(scene, 48, 16, wide_options);
+  const std::vector<SampleRequest> at{{5.25, 7.5, 1, 5, 7, 0, 0}}, same{{15.75, 7.5, 1, 15, 7, 0, 0}};
+  EXPECT_EQ(evaluate(*square, at)[0].position, evaluate(*wide, same)[0].position);
+}
+
+TEST(RayTracer, RefusesWhatIsOutOfRange) {
+  const Scene scene = box(matt({1, 1, 1}), matt({1, 1, 1}));
+  SourceOptions options;
+  EXPECT_ANY_THROW(source_of(scene, 0, 16));
+  options.max_depth = -1;
+  EXPECT_ANY_THROW(source_of(scene, 16, 16, options));
+  options.max_depth = 8;
+  options.camera = 1;
+  EXPECT_ANY_THROW(source_of(scene, 16, 16, options));
+}
+
+}  // namespace
+}  // namespace triad::raytracer::testing
