@@ -20,7 +20,7 @@ namespace {
 
 // The error of loading these bytes, "" for none; checks that it is one line that names the file.
 std::string error_of_bytes(const std::string& bytes, Scene* scene = nullptr) {
-  const picture_files::Folder folder;
+  static const picture_files::Folder folder;
   const std::string path = folder / "bad.gltf";
   picture_files::put_bytes(path, bytes);
   try {
