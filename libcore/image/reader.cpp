@@ -116,14 +116,16 @@ class OiioReader final : public ImageReader {
   void plan_channels(const ReadOptions& options) {
     const image::ChannelChoice choice = image::choose_channels(path_, native_.channelnames, options);
     indices_ = choice.file_indices;
-    if (native_.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0) {
-      unassociated_ = native_.alpha_channel >= 0 ? native_.alpha_channel : image::find_alpha(native_.channelnames);
+    const bool straight = native_.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
+    if (straight != options.straight_alpha) {
+      convert_alpha_ = native_.alpha_channel >= 0 ? native_.alpha_channel : image::find_alpha(native_.channelnames);
+      divide_by_alpha_ = options.straight_alpha;
     }
     first_ = *std::min_element(indices_.begin(), indices_.end());
     last_ = *std::max_element(indices_.begin(), indices_.end()) + 1;
-    if (unassociated_ >= 0) {
-      first_ = std::min(first_, unassociated_);
-      last_ = std::max(last_, unassociated_ + 1);
+    if (convert_alpha_ >= 0) {
+      first_ = std::min(first_, convert_alpha_);
+      last_ = std::max(last_, convert_alpha_ + 1);
     }
     pixel_bytes_ = native_.pixel_bytes(first_, last_, true);
     const int64_t tile = std::max(1, native_.tile_width);
@@ -188,7 +190,7 @@ class OiioReader final : public ImageReader {
     } else {
       for (size_t c = 0; c < channels; ++c) convert_channel(indices_[c], in, count, out + c, channels);
     }
-    if (unassociated_ >= 0) associate(in, count, out);
+    if (convert_alpha_ >= 0) associate(in, count, out);
   }
 
   bool plain_floats() const {
@@ -207,10 +209,12 @@ class OiioReader final : public ImageReader {
 
   void associate(const std::byte* in, size_t count, float* out) const {
     alpha_row_.resize(count);
-    convert_channel(unassociated_, in, count, alpha_row_.data(), 1);
+    convert_channel(convert_alpha_, in, count, alpha_row_.data(), 1);
     const size_t channels = indices_.size();
+    if (divide_by_alpha_)  // where nothing is covered there is no colour to find
+      for (float& a : alpha_row_) a = a > 0 ? 1 / a : 1;
     for (size_t c = 0; c < channels; ++c) {
-      if (indices_[c] == unassociated_) continue;
+      if (indices_[c] == convert_alpha_) continue;
       for (size_t i = 0; i < count; ++i) out[i * channels + c] *= alpha_row_[i];
     }
   }
@@ -222,9 +226,10 @@ class OiioReader final : public ImageReader {
   FileInfo info_;
   int part_ = 0;
   int block_rows_ = 1;
-  std::vector<int> indices_;     // of the channels of spec_, in the file
-  int first_ = 0, last_ = 0;     // the range of file channels that is decoded
-  int unassociated_ = -1;        // file channel to multiply colour by, or -1
+  std::vector<int> indices_;  // of the channels of spec_, in the file
+  int first_ = 0, last_ = 0;  // the range of file channels that is decoded
+  int convert_alpha_ = -1;    // file channel to multiply or divide colour by, or -1
+  bool divide_by_alpha_ = false;
   std::vector<size_t> offsets_;  // bytes from a pixel's start, of channels first_ ... last_
   size_t pixel_bytes_ = 0;       // of those channels
   int row_pixels_ = 0;           // in buffer_: the data window's width, or that of its row of whole tiles

@@ -17,6 +17,7 @@ struct ReadOptions {
   std::string colour_space;           // overrides what the file says (--from)
   std::optional<Cells> cells;         // overrides what the file says (--cells)
   bool all_channels = false;          // keep AOVs beside colour and alpha
+  bool straight_alpha = false;        // colour not multiplied by alpha, whichever way the file has it
 };
 
 // One thing in a file that can be chosen by ReadOptions::part.
@@ -44,7 +45,8 @@ struct FileInfo {
 //
 // The picture is the display window. Where the data window does not cover it, pixels are 0; data outside
 // the display window is left out. Integer samples become value / maximum. Unassociated alpha is associated
-// on reading. Nothing is colour-converted: ImageSpec::colour_space says what the values mean.
+// on reading (unless ReadOptions::straight_alpha asks for the opposite). Nothing is colour-converted:
+// ImageSpec::colour_space says what the values mean.
 //
 // Channels: colour first ("R","G","B" in any case, or a single "Y" or other single channel as grey), then
 // alpha ("A"), then, with all_channels, the others by their names. A layer's channels ("diffuse.R") count as
