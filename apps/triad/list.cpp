@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// triad list [filters|metrics|colours|layouts], triad help PLUGIN
+// triad list [filters|metrics|colours|layouts|strategies], triad help NAME
 #include <fmt/format.h>
 
 #include <iostream>
@@ -7,6 +7,7 @@
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
 #include <triad/display/layout.hpp>
+#include <triad/sampling/strategy.hpp>
 
 #include "options.hpp"
 #include "verbs.hpp"
@@ -32,7 +33,7 @@ nlohmann::ordered_json stage_json(const StageInfo& info) {
 }
 
 void list(const ListOptions& options) {
-  static const std::vector<std::string> kWhat{"filters", "metrics", "colours", "layouts"};
+  static const std::vector<std::string> kWhat{"filters", "metrics", "colours", "layouts", "strategies"};
   if (!options.what.empty() && std::find(kWhat.begin(), kWhat.end(), options.what) == kWhat.end())
     throw_usage("cannot list '" + options.what + "'" + did_you_mean(options.what, kWhat) + "; there are '" +
                 join(kWhat, "', '") + "'");
@@ -71,10 +72,38 @@ void list(const ListOptions& options) {
       text += "  " + name + "\n";
     }
   }
+  if (wanted("strategies")) {
+    root["strategies"] = nlohmann::ordered_json::array();
+    text += "strategies\n";
+    for (const StrategyInfo* info : strategy_list()) {
+      root["strategies"].push_back({{"id", info->name}, {"summary", info->summary}});
+      text += fmt::format("  {:<16} {}\n", info->name, info->summary);
+    }
+  }
   std::cout << (options.json ? root.dump(2) + "\n" : text);
 }
 
+void help_strategy(const StrategyInfo& info, bool as_json) {
+  if (!as_json) {
+    std::cout << strategy_help(info);
+    return;
+  }
+  nlohmann::ordered_json object{
+      {"id", info.name}, {"kind", "strategy"}, {"summary", info.summary}, {"doc", info.doc}};
+  object["parameters"] = nlohmann::ordered_json::array();
+  for (const StrategyParam& param : info.params)
+    object["parameters"].push_back({{"name", param.name},
+                                    {"type", "int"},
+                                    {"doc", param.doc},
+                                    {"min", param.least},
+                                    {"max", param.most},
+                                    {"default", param.usual}});
+  std::cout << object.dump(2) << "\n";
+}
+
 void help(const ListOptions& options) {
+  for (const StrategyInfo* strategy : strategy_list())
+    if (strategy->name == options.plugin) return help_strategy(*strategy, options.json);
   PluginHost host(options.host.plugin_path);
   const StageInfo& info = host.find(options.plugin);
   if (!options.json) {
@@ -117,8 +146,9 @@ void help(const ListOptions& options) {
 
 void setup_list(CLI::App& app) {
   auto options = std::make_shared<ListOptions>();
-  CLI::App* verb = app.add_subcommand("list", "List filters, metrics, colour spaces and layouts");
-  verb->add_option("what", options->what, "filters, metrics, colours or layouts (default: all)")->type_name("WHAT");
+  CLI::App* verb = app.add_subcommand("list", "List filters, metrics, colour spaces, layouts and strategies");
+  verb->add_option("what", options->what, "filters, metrics, colours, layouts or strategies (default: all)")
+      ->type_name("WHAT");
   verb->add_flag("--json", options->json, "As JSON");
   options->host.add_plugin_path(*verb);
   options->host.add_ocio(*verb);
@@ -128,8 +158,10 @@ void setup_list(CLI::App& app) {
 
 void setup_help(CLI::App& app) {
   auto options = std::make_shared<ListOptions>();
-  CLI::App* verb = app.add_subcommand("help", "Explain a plugin: what it does, and its parameters");
-  verb->add_option("plugin", options->plugin, "A filter's or metric's name")->required()->type_name("PLUGIN");
+  CLI::App* verb = app.add_subcommand("help", "Explain a plugin or strategy: what it does, and its parameters");
+  verb->add_option("plugin", options->plugin, "A filter's, metric's or strategy's name")
+      ->required()
+      ->type_name("NAME");
   verb->add_flag("--json", options->json, "As JSON");
   options->host.add_plugin_path(*verb);
   verb->footer("Example:\n  triad help platt");

@@ -61,13 +61,14 @@ int run_main(int argc, char** argv) {
       "Each verb has its own --help with examples.");
   triad::app::setup_run(app);
   triad::app::setup_compare(app);
+  triad::app::setup_render(app);
   triad::app::setup_info(app);
   triad::app::setup_list(app);
   triad::app::setup_help(app);
   triad::app::setup_plugin(app);
   if (argc == 1) {
     std::cerr << "triad: name a verb: "
-              << "run, compare, info, list, help or plugin; see triad --help" << std::endl;
+              << "run, compare, render, info, list, help or plugin; see triad --help" << std::endl;
     return 2;
   }
   try {

@@ -73,10 +73,12 @@ void prepare_oiio() {
 
 bool describes_encoding(const std::string& name) {
   static const char* const kPrefixes[] = {
-      "oiio:", "openexr:", "tiff:", "jpeg:", "png:", "triad:", "thumbnail_", "ICCProfile", "bmp:", "targa:"};
+      "oiio:", "openexr:", "tiff:", "jpeg:", "png:", "thumbnail_", "ICCProfile", "bmp:", "targa:"};
   for (const char* prefix : kPrefixes)
     if (name.rfind(prefix, 0) == 0) return true;
   static const char* const kNames[] = {"compression",
+                                       "triad:cells",
+                                       "triad:colour_space",
                                        "planarconfig",
                                        "PixelAspectRatio",
                                        "XResolution",

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <triad/base/random.hpp>
 
@@ -47,6 +48,14 @@ constexpr std::array<uint32_t, 2> sobol_point(uint32_t index) {
   y ^= (y & 0x55555555u) << 1;
   return {x, y};
 }
+
+// Parts the points into two halves, each well distributed itself. With an index's bits as the coefficients of a
+// polynomial over GF(2), the digits of dimensions 0 and 1 are its expansions at 0 and at 1, and this is the first
+// one at a root of z^2 + z + 1, whose powers repeat after three: the first digit of a third dimension. By
+// Niederreiter (J. Number Theory 30, 1988) the three are a (1, 3)-sequence, so of the aligned 2^k points, each
+// interval of area 2^-(k-2) holds two of either half. (A digit of dimension 0 or 1 instead would part them by
+// where they lie, and differences between the halves would say nothing of the error.)
+constexpr bool sobol_half(uint32_t index) { return std::popcount(index & 0xdb6db6dbu) & 1; }
 
 // The same point, scrambled by `key`; 32-bit binary fractions.
 constexpr std::array<uint32_t, 2> sobol_owen_point(uint32_t index, uint64_t key) {

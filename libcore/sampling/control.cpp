@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <triad/sampling/point_strategy.hpp>
+
+namespace triad {
+namespace {
+
+const StrategyInfo kInfo{"control",
+                         "One sample at the centre of each pixel",
+                         "The picture without antialiasing, which the others are measured against.",
+                         {}};
+
+class Control final : public PointStrategy {
+ public:
+  explicit Control(const StrategyValues& values) : PointStrategy(kInfo, values) {}
+  bool estimates_error() const override { return false; }
+
+ protected:
+  uint32_t samples_per_pixel() const override { return 1; }
+  void points(int, int, uint64_t, uint32_t, std::span<Point> out) const override {
+    for (Point& point : out) point = {.5, .5};
+  }
+};
+
+}  // namespace
+
+const StrategyEntry& control_strategy() {
+  static const StrategyEntry entry{
+      kInfo, [](const StrategyValues& v) -> std::unique_ptr<Strategy> { return std::make_unique<Control>(v); }};
+  return entry;
+}
+
+}  // namespace triad

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <triad/base/error.hpp>
+#include <triad/base/text.hpp>
+#include <triad/sampling/film.hpp>
+#include <triad/sampling/sobol.hpp>
+
+namespace triad {
+namespace {
+
+constexpr struct {
+  const char* name;
+  bool FilmPlanes::*member;
+} kPlanes[] = {{"depth", &FilmPlanes::depth},         {"position", &FilmPlanes::position},
+               {"normal", &FilmPlanes::normal},       {"albedo", &FilmPlanes::albedo},
+               {"object-id", &FilmPlanes::object_id}, {"material-id", &FilmPlanes::material_id},
+               {"variance", &FilmPlanes::variance},   {"samples", &FilmPlanes::samples}};
+
+constexpr size_t kFewPixels = 256;  // the relative error of a mean of 3 x 256 squared normals is 5%
+
+bool finite(const std::array<float, 3>& v) {
+  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+
+void add_to(std::array<double, 3>& sum, const std::array<float, 3>& v) {
+  for (int c = 0; c < 3; ++c) sum[c] += v[c];
+}
+
+double machine_bytes() {
+  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
+
+std::vector<std::string> plane_names() {
+  std::vector<std::string> names;
+  for (const auto& plane : kPlanes) names.emplace_back(plane.name);
+  return names;
+}
+
+FilmPlanes parse_planes(const std::string& text, const std::string& option) {
+  FilmPlanes planes;
+  if (text.empty()) return planes;
+  for (const std::string& name : split_quoted(text, ',')) {
+    const auto* found =
+        std::find_if(std::begin(kPlanes), std::end(kPlanes), [&](const auto& p) { return p.name == name; });
+    if (found == std::end(kPlanes))
+      throw_usage(option + ": '" + name + "' is not known" + did_you_mean(name, plane_names()) + "; there are " +
+                  join(plane_names(), ", "));
+    planes.*(found->member) = true;
+  }
+  return planes;
+}
+
+std::vector<std::string> film_channels(const FilmPlanes& planes) {
+  std::vector<std::string> channels{"R", "G", "B"};
+  const auto name = [&](bool wanted, std::initializer_list<const char*> names) {
+    if (wanted) channels.insert(channels.end(), names.begin(), names.end());
+  };
+  name(planes.depth, {"Z"});
+  name(planes.position, {"P.X", "P.Y", "P.Z"});
+  name(planes.normal, {"N.X", "N.Y", "N.Z"});
+  name(planes.albedo, {"albedo.R", "albedo.G", "albedo.B"});
+  name(planes.object_id, {"object_id"});
+  name(planes.material_id, {"material_id"});
+  name(planes.variance, {"variance.R", "variance.G", "variance.B"});
+  name(planes.samples, {"samples"});
+  return channels;
+}
+
+void require_film_memory(int width, int height, const FilmPlanes& planes) {
+  const size_t each = 52 + 32 * planes.error + 48 * planes.variance + 12 * planes.depth + 24 * planes.position +
+                      24 * planes.normal + 24 * planes.albedo + 4 * planes.object_id + 4 * planes.material_id +
+                      sizeof(float) * film_channels(planes).size();  // and the picture made of it
+  const double bytes = static_cast<double>(each) * width * height;
+  if (bytes > machine_bytes())
+    throw_input("a picture of " + std::to_string(width) + "x" + std::to_string(height) + " pixels takes " +
+                format_double(std::ceil(bytes / 1e9)) + " GB of memory, and this machine has " +
+                format_bytes(static_cast<uint64_t>(machine_bytes())) + "; ask for a smaller --size");
+}
+
+Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), height_(height), planes_(planes) {
+  if (width < 1 || height < 1) throw_internal("a film of " + std::to_string(width) + "x" + std::to_string(height));
+  require_film_memory(width, height, planes);
+  const size_t n = static_cast<size_t>(width) * static_cast<size_t>(height);
+  sum_.resize(n);
+  count_.resize(n);
+  if (planes.error) half_.resize(n);
+  if (planes.variance || (planes.error && n < kFewPixels)) moments_.resize(n);
+  if (planes.depth || planes.position || planes.normal) hits_.resize(n);
+  if (planes.depth) depth_.resize(n);
+  if (planes.position) position_.resize(n);
+  if (planes.normal) normal_.resize(n);
+  if (planes.albedo) albedo_.resize(n);
+  if (planes.object_id) object_id_.resize(n);
+  if (planes.material_id) material_id_.resize(n);
+}
+
+bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
+  if (!sample.valid || !finite(sample.rgb)) return false;
+  const bool first = count_[pixel]++ == 0;
+  for (int c = 0; c < 3; ++c) sum_[pixel][c].add(sample.rgb[c]);
+  if (planes_.error && sobol_half(index)) {
+    add_to(half_[pixel].sum, sample.rgb);
+    ++half_[pixel].count;
+  }
+  if (!moments_.empty()) {
+    Moments& m = moments_[pixel];
+    for (int c = 0; c < 3; ++c) {
+      const double before = sample.rgb[c] - m.mean[c];
+      m.mean[c] += before / count_[pixel];
+      m.m2[c] += before * (sample.rgb[c] - m.mean[c]);
+    }
+  }
+  if (!hits_.empty() && std::isfinite(sample.distance) && finite(sample.position) && finite(sample.normal)) {
+    ++hits_[pixel];
+    if (planes_.depth) depth_[pixel] += sample.distance;
+    if (planes_.position) add_to(position_[pixel], sample.position);
+    if (planes_.normal) add_to(normal_[pixel], sample.normal);
+  }
+  if (planes_.albedo && finite(sample.albedo)) add_to(albedo_[pixel], sample.albedo);
+  if (planes_.object_id && first) object_id_[pixel] = sample.object_id;
+  if (planes_.material_id && first) material_id_[pixel] = sample.material_id;
+  return true;
+}
+
+std::array<double, 3> Film::mean(size_t pixel) const {
+  const double n = std::max(1u, count_[pixel]);
+  return {sum_[pixel][0].value() / n, sum_[pixel][1].value() / n, sum_[pixel][2].value() / n};
+}
+
+std::array<double, 3> Film::variance_of_mean(size_t pixel) const {
+  if (moments_.empty()) throw_internal("a film without variance was asked for it");
+  const double n = count_[pixel];
+  if (n < 2) return {};
+  const Moments& m = moments_[pixel];
+  // Each term of m2 is a product of two numbers of one sign but for rounding.
+  return {std::max(0., m.m2[0]) / (n - 1) / n, std::max(0., m.m2[1]) / (n - 1) / n,
+          std::max(0., m.m2[2]) / (n - 1) / n};
+}
+
+double Film::estimated_rmse() const {
+  if (!planes_.error) throw_internal("a film without halves was asked for its error");
+  const bool few = pixels() < kFewPixels;
+  NeumaierSum sum;
+  for (size_t p = 0; p < pixels(); ++p) {
+    const double n = count_[p], b = half_[p].count, a = n - b;
+    if (a < 1 || b < 1) return std::numeric_limits<double>::infinity();
+    const std::array<double, 3> variance = few ? variance_of_mean(p) : std::array<double, 3>{};
+    for (int c = 0; c < 3; ++c) {
+      const double mean_b = half_[p].sum[c] / b, mean_a = (sum_[p][c].value() - half_[p].sum[c]) / a;
+      sum.add(few ? variance[c] : (mean_a - mean_b) * (mean_a - mean_b) * (a / n) * (b / n));
+    }
+  }
+  return std::sqrt(sum.value() / (3 * static_cast<double>(pixels())));
+}
+
+Image Film::image() const {
+  Image image;
+  ImageSpec& spec = image.spec;
+  spec.width = width_;
+  spec.height = height_;
+  spec.colour_channels = 3;
+  spec.channels = film_channels(planes_);
+  image.pixels.reserve(pixels() * spec.channels.size());
+  const auto put = [&](double value) { image.pixels.push_back(static_cast<float>(value)); };
+  const auto put3 = [&](const std::array<double, 3>& v, double n) {
+    for (const double each : v) put(n > 0 ? each / n : 0);
+  };
+  for (size_t p = 0; p < pixels(); ++p) {
+    const double n = count_[p], hits = hits_.empty() ? 0 : hits_[p];
+    put3(mean(p), 1);
+    if (planes_.depth) put(hits > 0 ? depth_[p] / hits : std::numeric_limits<double>::infinity());
+    if (planes_.position) put3(position_[p], hits);
+    if (planes_.normal) put3(normal_[p], hits);
+    if (planes_.albedo) put3(albedo_[p], n);
+    if (planes_.object_id) put(object_id_[p]);
+    if (planes_.material_id) put(material_id_[p]);
+    if (planes_.variance) put3(variance_of_mean(p), 1);
+    if (planes_.samples) put(n);
+  }
+  return image;
+}
+
+}  // namespace triad

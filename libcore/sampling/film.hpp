@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where samples are summed: a weightless accumulator for strategies that keep each sample within its pixel.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <triad/image/image.hpp>
+#include <triad/numeric/sum.hpp>
+#include <triad/sampling/source.hpp>
+#include <vector>
+
+namespace triad {
+
+// What a film keeps besides colour; each costs memory (bytes per pixel) and a little time.
+struct FilmPlanes {
+  bool error = false;        // 28: two halves of the samples, for estimated_rmse()
+  bool variance = false;     // 48: Welford's running variance, for variance_of_mean()
+  bool depth = false;        // 8
+  bool position = false;     // 24
+  bool normal = false;       // 24
+  bool albedo = false;       // 24
+  bool object_id = false;    // 4
+  bool material_id = false;  // 4
+  bool samples = false;      // 0: written to the picture
+  bool operator==(const FilmPlanes&) const = default;
+};
+// "depth,normal,object-id": names out of depth, position, normal, albedo, object-id, material-id, variance, samples;
+// "" is none. Throws Error(kUsage) naming `option`.
+FilmPlanes parse_planes(const std::string& text, const std::string& option);
+// Those names, for help texts.
+std::vector<std::string> plane_names();
+// The channels of Film::image().
+std::vector<std::string> film_channels(const FilmPlanes& planes);
+// Throws Error(kInput) if this machine has not the memory for such a film.
+void require_film_memory(int width, int height, const FilmPlanes& planes);
+
+// Sums are exact to about 2^-53 of the sum's size (Neumaier's compensation), and depend on the order in which one
+// pixel's samples come and on nothing else. Different threads may add to different pixels at the same time.
+class Film {
+ public:
+  // Throws as require_film_memory() does, before any memory is taken.
+  Film(int width, int height, const FilmPlanes& planes);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  const FilmPlanes& planes() const { return planes_; }
+  size_t pixel(int x, int y) const { return static_cast<size_t>(y) * static_cast<size_t>(width_) + x; }
+  size_t pixels() const { return count_.size(); }
+
+  // Adds the pixel's sample number `index`. False, and nothing was added, if it is not valid or its colour not
+  // finite. (Geometry that is not finite only leaves the geometry's planes as they are.)
+  bool add(size_t pixel, uint32_t index, const Sample& sample);
+
+  uint32_t count(size_t pixel) const { return count_[pixel]; }
+  // Of the colour; 0 without samples.
+  std::array<double, 3> mean(size_t pixel) const;
+  // s^2 / n, with s^2 the unbiased variance of the n samples (Welford, Technometrics 4(3), 1962); 0 for n < 2, never
+  // negative. For independent samples it is the variance of mean(). For stratified ones (sobol-owen) it is too
+  // large, and for a fixed grid it only says how much a pixel varies. Needs planes().variance.
+  std::array<double, 3> variance_of_mean(size_t pixel) const;
+  // The root of the mean, over pixels and channels, of the estimated squared error of mean(), which is to say of
+  // (a - b)^2 n_a n_b / n^2 with a and b the means of two halves of the samples. Which half a sample is in is the
+  // first digit of a third Sobol dimension (sobol_half()), so that each half of scrambled Sobol points is again well
+  // distributed and the gain from stratification is seen; as the halves are a little better together than apart,
+  // the estimate errs
+  // on the large side. A picture of fewer than 256 pixels has too few such differences: it takes
+  // variance_of_mean(). Infinite until every pixel has both halves.
+  double estimated_rmse() const;
+
+  // Colour as R, G, B, then the planes asked for: Z (mean over the samples that hit; infinite if none did), P.X
+  // P.Y P.Z and N.X N.Y N.Z (likewise, 0 if none; a mean normal is shorter than 1), albedo.R G B (mean over all
+  // samples), object_id and material_id (of the first sample), variance.R G B, samples. All float.
+  Image image() const;
+
+ private:
+  int width_, height_;
+  FilmPlanes planes_;
+  std::vector<std::array<NeumaierSum, 3>> sum_;
+  std::vector<uint32_t> count_;
+  struct Half {  // of the samples in half 1
+    std::array<double, 3> sum{};
+    uint32_t count = 0;
+  };
+  std::vector<Half> half_;
+  struct Moments {
+    std::array<double, 3> mean{}, m2{};
+  };
+  std::vector<Moments> moments_;
+  std::vector<uint32_t> hits_;
+  std::vector<double> depth_;
+  std::vector<std::array<double, 3>> position_, normal_, albedo_;
+  std::vector<uint32_t> object_id_, material_id_;
+};
+
+}  // namespace triad

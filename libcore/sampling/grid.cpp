@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <numeric>
+#include <triad/sampling/point_strategy.hpp>
+
+namespace triad {
+namespace {
+
+const StrategyInfo kInfo{
+    "grid",
+    "n x n samples on a regular grid in each pixel",
+    "The mean of samples at ((i + 1/2) / n, (j + 1/2) / n). Exact where light changes linearly; edges "
+    "near the horizontal or the vertical show n steps of grey at most.",
+    {{"n", "samples along each side of a pixel", 1, 1024, 2}}};
+
+class Grid final : public PointStrategy {
+ public:
+  explicit Grid(const StrategyValues& values)
+      : PointStrategy(kInfo, values), n_(static_cast<uint32_t>(values.at("n"))), stride_(stride_for(n_ * n_)) {}
+  bool estimates_error() const override { return false; }
+
+ protected:
+  uint32_t samples_per_pixel() const override { return n_ * n_; }
+  void points(int, int, uint64_t, uint32_t first, std::span<Point> out) const override {
+    for (size_t k = 0; k < out.size(); ++k) {
+      const uint64_t cell = (first + k) * stride_ % (n_ * n_);
+      out[k] = {(static_cast<double>(cell % n_) + .5) / n_, (static_cast<double>(cell / n_) + .5) / n_};
+    }
+  }
+
+ private:
+  // Cells are visited with a stride near the golden section of their number, and prime to it, so that a render
+  // that is ended early has samples all over the pixel and not its upper part only.
+  static uint64_t stride_for(uint32_t cells) {
+    uint64_t stride = std::max<uint64_t>(1, static_cast<uint64_t>(std::llround(cells * .6180339887498949)));
+    while (std::gcd(stride, uint64_t{cells}) != 1) ++stride;
+    return stride;
+  }
+
+  uint32_t n_;
+  uint64_t stride_;
+};
+
+}  // namespace
+
+const StrategyEntry& grid_strategy() {
+  static const StrategyEntry entry{
+      kInfo, [](const StrategyValues& v) -> std::unique_ptr<Strategy> { return std::make_unique<Grid>(v); }};
+  return entry;
+}
+
+}  // namespace triad

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// What strategies have in common that put n points into each pixel and take the mean of the samples there.
+#pragma once
+
+#include <map>
+#include <triad/sampling/strategy.hpp>
+
+namespace triad {
+
+using StrategyValues = std::map<std::string, int64_t>;  // one for each parameter, in range
+
+// Renders in passes over the whole picture that double the number of samples: 1, 2, 4, 8 ... of each pixel.
+// A pixel's samples are summed by ascending index, by one thread at a time.
+class PointStrategy : public Strategy {
+ public:
+  PointStrategy(const StrategyInfo& info, const StrategyValues& values) : info_(info), values_(values) {}
+
+  const StrategyInfo& info() const override { return info_; }
+  std::string text() const override;
+  uint64_t most_samples(int width, int height) const override;
+  RenderResult render(const Source& source, const RenderOptions& options) const override;
+
+ protected:
+  struct Point {
+    double x = 0, y = 0;  // within the pixel, [0, 1)
+  };
+  virtual uint32_t samples_per_pixel() const = 0;
+  // Points first, first + 1, ... of a pixel. Pure, any thread.
+  virtual void points(int pixel_x, int pixel_y, uint64_t seed, uint32_t first, std::span<Point> out) const = 0;
+
+ private:
+  const StrategyInfo& info_;
+  StrategyValues values_;
+};
+
+// One line per strategy in strategy.cpp's list.
+struct StrategyEntry {
+  const StrategyInfo& info;
+  std::unique_ptr<Strategy> (*make)(const StrategyValues& values);
+};
+const StrategyEntry& control_strategy();
+const StrategyEntry& grid_strategy();
+const StrategyEntry& sobol_owen_strategy();
+
+}  // namespace triad

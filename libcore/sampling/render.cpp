@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <triad/base/error.hpp>
+#include <triad/base/text.hpp>
+#include <triad/display/layout.hpp>
+#include <triad/sampling/render.hpp>
+
+namespace triad {
+
+PictureSize parse_size(const std::string& text, const std::string& option) {
+  const size_t cross = text.find('x');
+  if (cross != std::string::npos) {
+    const auto width = parse_int(std::string_view(text).substr(0, cross));
+    const auto height = parse_int(std::string_view(text).substr(cross + 1));
+    constexpr int kMost = std::numeric_limits<int>::max();
+    if (width && height && *width >= 1 && *height >= 1 && *width <= kMost && *height <= kMost)
+      return {static_cast<int>(*width), static_cast<int>(*height)};
+  }
+  throw_usage(option + ": '" + text + "' is not a size in pixels; write width x height, as in 400x225");
+}
+
+Cells parse_cells_or_layout(const std::string& text, const std::string& option) {
+  if (!text.empty() && text[0] >= '0' && text[0] <= '9') return parse_cells(text, option);
+  const Layout layout = load_layout(text);
+  return {layout.cells_x, layout.cells_y};
+}
+
+PictureSize film_size(const PictureSize& picture, const Cells& cells) {
+  const int64_t width = int64_t{picture.width} * cells.x, height = int64_t{picture.height} * cells.y;
+  if (std::max(width, height) > std::numeric_limits<int>::max())
+    throw_usage("--size " + std::to_string(picture.width) + "x" + std::to_string(picture.height) + " with --cells " +
+                std::to_string(cells.x) + "x" + std::to_string(cells.y) +
+                " has a side of more than 2^31 - 1 pixels; ask for fewer");
+  return {static_cast<int>(width), static_cast<int>(height)};
+}
+
+double parse_until(const std::string& text, const std::string& option) {
+  constexpr std::string_view kName = "rmse=";
+  if (text.rfind(kName, 0) == 0) {
+    const auto value = parse_double(std::string_view(text).substr(kName.size()));
+    if (value && std::isfinite(*value) && *value > 0) return *value;
+  }
+  throw_usage(option + ": '" + text + "' is not an error to stop at; write rmse=V with V above 0, as in rmse=1e-3");
+}
+
+ImageSpec render_spec(const PictureSize& film, const Cells& cells, const FilmPlanes& planes) {
+  ImageSpec spec;
+  spec.width = film.width;
+  spec.height = film.height;
+  spec.channels = film_channels(planes);
+  spec.colour_channels = 3;
+  spec.cells = cells;
+  spec.pixel_aspect = static_cast<double>(cells.y) / cells.x;
+  spec.colour_space = "lin_rec709";
+  // ITU-R BT.709: the primaries of red, green, blue, and D65.
+  spec.chromaticities = {{.64f, .33f, .3f, .6f, .15f, .06f, .3127f, .329f}};
+  return spec;
+}
+
+Image render_picture(const RenderResult& result, const Strategy& strategy, const RenderOptions& options,
+                     const Source& source, const Cells& cells, const Facts& facts) {
+  Image image = result.film.image();
+  image.spec = render_spec({result.film.width(), result.film.height()}, cells, result.film.planes());
+  const auto put = [&](const std::string& name, const std::string& value) {
+    image.spec.metadata.set("triad:" + name, value);
+  };
+  for (const auto& [name, value] : facts) put(name, value);
+  put("strategy", strategy.text());
+  put("seed", std::to_string(options.seed));
+  put("samples", std::to_string(result.samples));
+  if (result.dropped > 0) put("dropped", std::to_string(result.dropped));
+  const double rmse = result.passes.empty() ? NAN : result.passes.back().rmse;
+  if (std::isfinite(rmse)) put("rmse", format_double(rmse));
+  for (WorkCount work : source.work()) {
+    std::replace(work.kind.begin(), work.kind.end(), ' ', '_');
+    put(work.kind, std::to_string(work.count));
+  }
+  if (!result.complete) put("partial", "true");
+  return image;
+}
+
+}  // namespace triad

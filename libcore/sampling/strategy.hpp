@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a picture's samples lie and how they become pixels. A strategy asks a source, and returns the picture
+// with what it cost; it never talks to a scene.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <triad/sampling/film.hpp>
+#include <triad/sampling/source.hpp>
+#include <vector>
+
+namespace triad {
+
+// A parameter of a strategy: a whole number.
+struct StrategyParam {
+  std::string name, doc;
+  int64_t least = 0, most = 0, usual = 0;
+};
+
+struct StrategyInfo {
+  std::string name, summary;  // the summary is one line
+  std::string doc;            // what it does, when to take it
+  std::vector<StrategyParam> params;
+};
+
+struct RenderOptions {
+  uint64_t seed = 0;
+  int tile_px = 32;  // side of the squares that threads take; never changes the picture
+  FilmPlanes planes;
+  double until_rmse = 0;       // stop after the pass in which Film::estimated_rmse() is at most this; 0: all samples
+  std::function<bool()> stop;  // asked every few thousand samples, by any thread; true ends the render early
+  std::function<void(double)> progress;  // told the share that is done, 0..1; one call at a time, by any thread
+};
+
+struct PassRecord {
+  uint64_t samples = 0;  // of this pass
+  double seconds = 0;
+  double rmse = std::numeric_limits<double>::quiet_NaN();  // estimated after it, if planes.error
+};
+
+struct RenderResult {
+  Film film;
+  std::vector<PassRecord> passes;
+  uint64_t samples = 0;                // taken, as CountingSource counted them
+  uint64_t dropped = 0;                // of these, not valid or not finite, and left out
+  int dropped_x = -1, dropped_y = -1;  // the first pixel, in reading order, that lost one; -1: none did
+  bool complete = true;                // false: stop() said so before the end
+  bool reached = false;                // until_rmse was reached
+};
+
+// A strategy with its parameters. Immutable; render() may be called from several threads.
+class Strategy {
+ public:
+  virtual ~Strategy() = default;
+  virtual const StrategyInfo& info() const = 0;
+  // "sobol-owen:spp=16": every parameter, as make_strategy() reads it.
+  virtual std::string text() const = 0;
+  // Whether its points are random, so that Film::estimated_rmse() and until_rmse mean something.
+  virtual bool estimates_error() const = 0;
+  // The most it can ask a source of that size for, in all.
+  virtual uint64_t most_samples(int width, int height) const = 0;
+  // The picture of the whole film. The same bits for any number of threads and any tile. Ended early, it is what
+  // was done so far: passes go over the whole picture, so all of it is there, with more noise.
+  // Throws what the source throws; Error(kUsage) for until_rmse if estimates_error() is false.
+  virtual RenderResult render(const Source& source, const RenderOptions& options) const = 0;
+};
+
+// All strategies, in the order in which they are listed.
+std::vector<const StrategyInfo*> strategy_list();
+// "control", "grid:n=4". Throws Error(kUsage) naming `option`, the strategy or parameter, and what would be right.
+std::unique_ptr<Strategy> make_strategy(const std::string& text, const std::string& option);
+// The strategy's documentation as text, for a terminal.
+std::string strategy_help(const StrategyInfo& info);
+
+}  // namespace triad

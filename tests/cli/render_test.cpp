@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+// triad render on small scenes with known pictures, and what becomes of it in the rest of the program.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "../unit/gltf_files.hpp"
+#include "cli.hpp"
+#include "pictures.hpp"
+
+namespace cli {
+namespace {
+
+// A half-height of 1 unit around the origin, seen along -z, so that a picture of W x H = 2 : 1 shows x in [-2, 2] and
+// y in [-1, 1]. A sheet of light .8 .4 .2 covers what lies left of the line x = edge_m before black.
+gltf_files::Gltf half_plane(double edge_m, double slope = 0) {
+  gltf_files::Gltf gltf;
+  const auto x = [&](double y) { return static_cast<float>(edge_m + slope * y); };
+  const int positions = gltf.accessor<float>({-9, -9, 0, x(-9), -9, 0, x(9), 9, 0, -9, 9, 0}, 3);
+  const int indices = gltf.accessor<uint16_t>({0, 1, 2, 0, 2, 3}, 1);
+  gltf.root["extensionsUsed"] = {"KHR_materials_unlit"};
+  gltf.push("materials", {{"name", "sheet"},
+                          {"pbrMetallicRoughness", {{"baseColorFactor", {.8, .4, .2, 1.}}}},
+                          {"extensions", {{"KHR_materials_unlit", gltf_files::json::object()}}}});
+  gltf.push("meshes",
+            {{"name", "sheet"},
+             {"primitives", {{{"attributes", {{"POSITION", positions}}}, {"indices", indices}, {"material", 0}}}}});
+  gltf.node({{"mesh", 0}, {"name", "sheet"}});
+  gltf.push("cameras", {{"name", "front"},
+                        {"type", "orthographic"},
+                        {"orthographic", {{"xmag", 2.}, {"ymag", 1.}, {"znear", .1}, {"zfar", 100.}}}});
+  gltf.node({{"camera", 0}, {"name", "front"}, {"translation", {0, 0, 5}}});
+  return gltf;
+}
+
+// A room of light and matt surfaces, so that every sample is noisy: a ground plane under a lamp.
+gltf_files::Gltf lit_ground() {
+  gltf_files::Gltf gltf;
+  const int ground = gltf.accessor<float>({-9, 0, -9, -9, 0, 9, 9, 0, 9, 9, 0, -9}, 3);
+  const int lamp = gltf.accessor<float>({-1, 2, -1, 1, 2, -1, 1, 2, 1, -1, 2, 1}, 3);
+  const int indices = gltf.accessor<uint16_t>({0, 1, 2, 0, 2, 3}, 1);
+  gltf.push("materials",
+            {{"name", "matt"},
+             {"pbrMetallicRoughness",
+              {{"baseColorFactor", {.6, .5, .4, 1.}}, {"metallicFactor", 0.}, {"roughnessFactor", 1.}}}});
+  gltf.push("materials", {{"name", "lamp"}, {"emissiveFactor", {1., 1., 1.}}});
+  for (const auto& [mesh, material] : {std::pair{ground, 0}, {lamp, 1}}) {
+    gltf.push("meshes", {{"primitives",
+                          {{{"attributes", {{"POSITION", mesh}}}, {"indices", indices}, {"material", material}}}}});
+    gltf.node({{"mesh", material}});
+  }
+  gltf.push("cameras", {{"name", "low"}, {"type", "perspective"}, {"perspective", {{"yfov", .8}, {"znear", .1}}}});
+  gltf.node({{"camera", 0}, {"name", "low"}, {"translation", {0, 1, 6}}});
+  return gltf;
+}
+
+// What the one child of this process has used of the processors, all threads together: however busy the machine is,
+// a program that has used a second has long begun its work.
+double seconds_of_child() {
+  std::ifstream children("/proc/self/task/" + std::to_string(getpid()) + "/children");
+  std::string child;
+  if (!(children >> child)) return 0;
+  std::ifstream stat("/proc/" + child + "/stat");
+  std::string field;
+  std::getline(stat, field, ')');  // the program's name may hold blanks
+  double ticks = 0;
+  for (int i = 3; i <= 15 && stat >> field; ++i)
+    if (i >= 14) ticks += std::stod(field);  // utime and stime, proc(5)
+  return ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+class Render : public Cli {
+ protected:
+  void SetUp() override {
+    Cli::SetUp();
+    half_plane(.25).save(path("half.gltf"));
+    lit_ground().save(path("lit.glb"));
+  }
+};
+
+TEST_F(Render, DrawsWhatTheSceneSays) {
+  // The edge x = .25 is 2.25 / 4 of the width: column 22.5 of 40.
+  for (const char* strategy : {"control", "grid:n=4", "sobol-owen:spp=16"}) {
+    expect_success({"render", "half.gltf", "-o", "a.exr", "--size", "40x20", "--strategy", strategy});
+    const Picture picture = load(path("a.exr"));
+    ASSERT_EQ(picture.width, 40);
+    ASSERT_EQ(picture.height, 20);
+    EXPECT_EQ(picture.pixel_type, "float");
+    const float colour[3] = {.8f, .4f, .2f};
+    for (int y = 0; y < 20; ++y)
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_FLOAT_EQ(picture.at(21, y, c), colour[c]);
+        EXPECT_EQ(picture.at(23, y, c), 0);
+        // Stratified in each power of two, so the half that is covered is met by half of the points.
+        if (std::string(strategy) != "control") {
+          EXPECT_FLOAT_EQ(picture.at(22, y, c), colour[c] / 2) << strategy;
+        }
+      }
+  }
+}
+
+TEST_F(Render, WideShowsTheSameViewInFinerPixels) {
+  half_plane(.3, .37).save(path("slant.gltf"));
+  expect_success(
+      {"render", "slant.gltf", "-o", "wide.exr", "--size", "40x20", "--strategy", "grid:n=4", "--cells", "3x1"});
+  expect_success(
+      {"render", "slant.gltf", "-o", "rgb.exr", "--size", "40x20", "--strategy", "grid:n=4", "--cells", "rgb"});
+  EXPECT_EQ(load_text(path("wide.exr")), load_text(path("rgb.exr")));
+  const Picture wide = load(path("wide.exr"));
+  EXPECT_EQ(wide.width, 120);
+  EXPECT_EQ(wide.height, 20);
+  EXPECT_NEAR(wide.pixel_aspect, 1 / 3., 1e-6);
+  EXPECT_EQ(wide.text.at("triad:cells"), "3x1");
+  // Each pixel's area left of the edge: columns of 12 by rows of 4 points against the finest render.
+  expect_success({"render", "slant.gltf", "-o", "fine.exr", "--size", "40x20", "--strategy", "grid:n=64"});
+  const Picture fine = load(path("fine.exr"));
+  for (int y = 0; y < 20; ++y)
+    for (int x = 0; x < 40; ++x)
+      EXPECT_NEAR((wide.at(3 * x, y, 0) + wide.at(3 * x + 1, y, 0) + wide.at(3 * x + 2, y, 0)) / 3, fine.at(x, y, 0),
+                  .8 / 12 + .01);
+  // It goes straight through the chain, onto subpixels and back to display pixels, and into a comparison.
+  expect_success({"run", "wide.exr", "platt:layout=rgb,ppd=40", "-o", "shown.exr"});
+  EXPECT_EQ(load(path("shown.exr")).width, 40);
+  expect_success({"run", "wide.exr", "box:x=3", "-o", "boxed.exr"});
+  const double rmse = compare({"boxed.exr", "--ref", "fine.exr", "-m", "error"})[0]["scores"]["rmse"];
+  EXPECT_LT(rmse, .8 / 12 * std::sqrt(1 / 40.));  // one pixel in 40 is on the edge
+}
+
+TEST_F(Render, SameFileForAnyThreads) {
+  const std::vector<std::string> render{
+      "render", "lit.glb", "--size", "45x30",
+      "--spp",  "8",       "--aov",  "depth,normal,albedo,object-id,variance,samples,position,material-id"};
+  std::string first;
+  for (const char* threads : {"1", "2", "7"}) {
+    std::vector<std::string> each = render;
+    each.insert(each.end(), {"-o", "t.exr", "--threads", threads});
+    expect_success(each);
+    if (first.empty()) first = load_text(path("t.exr"));
+    EXPECT_EQ(load_text(path("t.exr")), first) << threads << " threads";
+  }
+  std::vector<std::string> other = render;
+  other.insert(other.end(), {"-o", "t.exr", "--seed", "1"});
+  expect_success(other);
+  EXPECT_NE(load_text(path("t.exr")), first);
+}
+
+TEST_F(Render, SaysHowItWasMade) {
+  const nlohmann::json record = expect_success({"render", "lit.glb", "-o", "a.exr", "--size", "20x10", "--spp", "32",
+                                                "--seed", "5", "--camera", "low", "--json", "-"})
+                                    .json();
+  EXPECT_EQ(record["samples"], 32 * 20 * 10);
+  EXPECT_EQ(record["work"]["camera rays"], 32 * 20 * 10);
+  EXPECT_GT(record["work"]["shadow rays"], 0);
+  EXPECT_GT(record["seconds"]["render"], 0);
+  EXPECT_GT(record["rmse"], 0);
+  EXPECT_EQ(record["complete"], true);
+  EXPECT_EQ(record["passes"].size(), 6u);  // 1 2 4 8 16 32
+  const Picture picture = load(path("a.exr"));
+  EXPECT_EQ(picture.text.at("triad:scene"), "lit.glb");
+  EXPECT_EQ(picture.text.at("triad:camera"), "low");
+  EXPECT_EQ(picture.text.at("triad:strategy"), "sobol-owen:spp=32");
+  EXPECT_EQ(picture.text.at("triad:seed"), "5");
+  EXPECT_EQ(picture.text.at("triad:samples"), "6400");
+  EXPECT_EQ(picture.text.at("triad:camera_rays"), "6400");
+  EXPECT_EQ(picture.text.count("triad:partial"), 0u);
+  for (const auto& [key, value] : picture.text) EXPECT_EQ(key.find("second"), std::string::npos) << key << value;
+  // And what it was goes along through the chain.
+  expect_success({"run", "a.exr", "box:x=2,y=2", "-o", "b.exr"});
+  EXPECT_EQ(load(path("b.exr")).text.at("triad:scene"), "lit.glb");
+}
+
+TEST_F(Render, WritesOtherFormats) {
+  expect_success({"render", "half.gltf", "-o", "a.png", "--size", "40x20"});
+  EXPECT_NEAR(load(path("a.png")).at(0, 0, 1), srgb_encode(.4), .5 / 255 + 1e-6);
+  expect_success({"render", "half.gltf", "-o", "a.exr", "--size", "40x20", "--depth", "half"});
+  EXPECT_EQ(load(path("a.exr")).pixel_type, "half");
+}
+
+TEST_F(Render, StopsAtTheErrorAskedFor) {
+  const nlohmann::json record =
+      expect_success({"render", "lit.glb", "-o", "a.exr", "--size", "40x30", "--until", "rmse=.01", "--json", "-"})
+          .json();
+  EXPECT_EQ(record["until_reached"], true);
+  EXPECT_LE(record["rmse"], .01);
+  // The true error, against a render with other random numbers and an error of its own that is far smaller.
+  expect_success({"render", "lit.glb", "-o", "truth.exr", "--size", "40x30", "--spp", "4096", "--seed", "77"});
+  const double rmse = compare({"a.exr", "--ref", "truth.exr", "-m", "error"})[0]["scores"]["rmse"];
+  EXPECT_LT(rmse, .011);
+  EXPECT_GT(rmse, .01 / 8)
+      << "it took far more samples than it had to";  // passes double, and the estimate is careful
+  const Outcome outcome = expect_status(
+      0, {"render", "lit.glb", "-o", "a.exr", "--size", "20x10", "--until", "rmse=1e-6", "--spp", "16"});
+  EXPECT_NE(outcome.err.find("rmse=1e-6"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Render, InterruptedKeepsWhatIsDone) {
+  Options options;
+  options.interrupt_when = [] { return seconds_of_child() > 1; };
+  const Outcome outcome = expect_status(
+      130, {"render", "half.gltf", "-o", "a.exr", "--size", "400x200", "--spp", "1000000", "--json", "a.json"},
+      options);
+  EXPECT_LT(outcome.seconds_after_interrupt, 3);
+  EXPECT_EQ(outcome.error_lines().size(), 1u) << outcome.err;
+  EXPECT_NE(outcome.err.find("'a.exr'"), std::string::npos) << outcome.err;
+  const Picture picture = load(path("a.exr"));
+  EXPECT_EQ(picture.text.at("triad:partial"), "true");
+  EXPECT_FLOAT_EQ(picture.at(0, 0, 0), .8f);
+  EXPECT_FLOAT_EQ(picture.at(10, 199, 0), .8f);
+  EXPECT_EQ(picture.at(399, 199, 0), 0);
+  EXPECT_EQ(files(), (std::set<std::string>{"a.exr", "a.json", "half.gltf", "lit.glb"}));
+}
+
+TEST_F(Render, RefusesInOneLine) {
+  const auto refuse = [&](std::vector<std::string> rest, const std::vector<std::string>& words) {
+    std::vector<std::string> arguments{"render", "half.gltf"};
+    const bool out = std::find(rest.begin(), rest.end(), "-o") != rest.end();
+    const bool size = std::find(rest.begin(), rest.end(), "--size") != rest.end();
+    if (!out) arguments.insert(arguments.end(), {"-o", "a.exr"});
+    if (!size) arguments.insert(arguments.end(), {"--size", "9x9"});
+    arguments.insert(arguments.end(), rest.begin(), rest.end());
+    expect_refusal(arguments, words);
+  };
+  refuse({"--size", "9"}, {"--size", "400x225"});
+  refuse({"--size", "0x9"}, {"--size"});
+  refuse({"--size", "2000000x2000000"}, {"GB", "--size"});
+  refuse({"--size", "2147483647x1", "--cells", "3x1"}, {"--size", "--cells"});
+  refuse({"--cells", "3"}, {"--cells", "3x1"});
+  refuse({"--cells", "rbg"}, {"rbg"});
+  refuse({"--spp", "0"}, {"--spp", "1 to"});
+  refuse({"--spp", "4", "--strategy", "grid"}, {"--spp", "--strategy"});
+  refuse({"--strategy", "gird"}, {"--strategy", "grid"});
+  refuse({"--strategy", "grid:n=0"}, {"--strategy", "grid:n", "1 to 1024"});
+  refuse({"--until", "1e-3"}, {"--until", "rmse=1e-3"});
+  refuse({"--until", "rmse=1", "--strategy", "control"}, {"--until", "sobol-owen"});
+  refuse({"--aov", "dept"}, {"--aov", "depth"});
+  refuse({"--aov", "depth", "-o", "a.png"}, {"--aov", "exr"});
+  refuse({"--effects", "mirrors"}, {"--effects", "mirror"});
+  refuse({"--camera", "fron"}, {"front"});
+  refuse({"--seed", "-1"}, {"--seed"});
+  refuse({"--bounces", "-1"}, {"--bounces"});
+  refuse({"--depth", "8"}, {"--depth"});
+  refuse({"-o", "no/a.exr"}, {"no"});
+  refuse({"-o", "a.xyz"}, {"xyz"});
+  expect_refusal({"render", "none.gltf", "-o", "a.exr", "--size", "9x9"}, {"none.gltf"});
+  expect_refusal({"render", "half.gltf", "--size", "9x9"}, {"--output"});
+  expect_refusal({"render", "half.gltf", "-o", "a.exr"}, {"--size"});
+  // A picture that fits nowhere is refused before the scene is even read.
+  expect_refusal({"render", "none.gltf", "-o", "a.exr", "--size", "2000000x2000000"}, {"GB"});
+}
+
+TEST_F(Render, ExtremeShapesWork) {
+  expect_success({"render", "half.gltf", "-o", "a.exr", "--size", "1x1", "--spp", "1"});
+  expect_success({"render", "half.gltf", "-o", "a.exr", "--size", "100000x1", "--spp", "1"});
+  expect_success({"render", "half.gltf", "-o", "a.exr", "--size", "1x100000", "--spp", "1"});
+  EXPECT_EQ(load(path("a.exr")).height, 100000);
+}
+
+TEST_F(Render, StrategiesAreListedAndExplained) {
+  const std::string list = expect_success({"list", "strategies"}).out;
+  for (const char* name : {"control", "grid", "sobol-owen"}) {
+    EXPECT_NE(list.find(name), std::string::npos) << list;
+    EXPECT_NE(expect_success({"help", name}).out.find(name), std::string::npos);
+  }
+  EXPECT_EQ(expect_success({"help", "grid", "--json"}).json()["parameters"][0]["name"], "n");
+  EXPECT_EQ(expect_success({"list", "strategies", "--json"}).json()["strategies"].size(), 3u);
+}
+
+}  // namespace
+}  // namespace cli

@@ -1,0 +1,429 @@
+// SPDX-License-Identifier: Apache-2.0
+// Strategies and films against closed forms: counts, exact means, same bits, what is left out.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <numbers>
+#include <set>
+#include <triad/base/error.hpp>
+#include <triad/base/parallel.hpp>
+#include <triad/sampling/analytic.hpp>
+#include <triad/sampling/sobol.hpp>
+#include <triad/sampling/strategy.hpp>
+
+#include "sampling_sources.hpp"
+
+using namespace triad;
+using test::FunctionSource;
+using test::grey;
+using testing::HasSubstr;
+
+namespace {
+
+constexpr Rgb kBlack{0, 0, 0}, kWhite{1, 1, 1};
+
+RenderResult render(const std::string& strategy, const Source& source, const RenderOptions& options = {}) {
+  return make_strategy(strategy, "--strategy")->render(source, options);
+}
+
+std::string refusal(const std::string& strategy) {
+  try {
+    make_strategy(strategy, "--strategy");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+    return error.what();
+  }
+  return "";
+}
+
+FilmPlanes all_planes() {
+  FilmPlanes planes = parse_planes("depth,position,normal,albedo,object-id,material-id,variance,samples", "--aov");
+  planes.error = true;
+  return planes;
+}
+
+}  // namespace
+
+TEST(Strategy, SamplesAConstantAsOftenAsItSays) {
+  const RampSource flat(37, 23, {.25f, .5f, .75f}, kBlack, kBlack);
+  for (const auto& [text, each] : {std::pair{"control", 1},
+                                   {"grid:n=1", 1},
+                                   {"grid", 4},
+                                   {"grid:n=5", 25},
+                                   {"sobol-owen", 16},
+                                   {"sobol-owen:spp=1", 1},
+                                   {"sobol-owen:spp=13", 13}}) {
+    const CountingSource counted(flat);
+    const RenderResult result = render(text, counted);
+    const uint64_t expected = uint64_t{37} * 23 * static_cast<uint64_t>(each);
+    EXPECT_EQ(counted.samples(), expected) << text;
+    EXPECT_EQ(result.samples, expected) << text;
+    EXPECT_EQ(make_strategy(text, "")->most_samples(37, 23), expected) << text;
+    EXPECT_TRUE(result.complete);
+    uint64_t in_passes = 0;
+    for (const PassRecord& pass : result.passes) in_passes += pass.samples;
+    EXPECT_EQ(in_passes, expected) << text;
+    for (size_t p = 0; p < result.film.pixels(); ++p) {
+      ASSERT_EQ(result.film.count(p), static_cast<uint32_t>(each)) << text;
+      ASSERT_EQ(result.film.mean(p), (std::array<double, 3>{.25, .5, .75})) << text;
+    }
+  }
+}
+
+TEST(Strategy, GridMeanOfARampIsItsIntegral) {
+  // Binary fractions, so that float samples are exact too.
+  const RampSource ramp(9, 7, {.5f, 0, 1}, {.25f, -.5f, .125f}, {.125f, 1, -.25f});
+  for (const char* text : {"control", "grid:n=2", "grid:n=4", "grid:n=8"}) {
+    const RenderResult result = render(text, ramp);
+    for (int y = 0; y < 7; ++y)
+      for (int x = 0; x < 9; ++x)
+        ASSERT_EQ(result.film.mean(result.film.pixel(x, y)), *ramp.integral(x, y, x + 1, y + 1)) << text;
+  }
+}
+
+TEST(Strategy, GridPutsOneSampleInEachCellsMiddle) {
+  std::set<std::pair<double, double>> places;
+  const FunctionSource source(1, 1, [&](const SampleRequest& r) {
+    places.insert({r.x, r.y});
+    EXPECT_EQ(r.footprint_px, 1.f / 3);
+    return grey(0);
+  });
+  render("grid:n=3", source);
+  std::set<std::pair<double, double>> expected;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) expected.insert({(i + .5) / 3, (j + .5) / 3});
+  EXPECT_EQ(places, expected);
+}
+
+TEST(Strategy, SamplesStayInTheirPixelAndCarryItsKey) {
+  const FunctionSource source(5, 4, [](const SampleRequest& r) {
+    EXPECT_GE(r.x, r.pixel_x);
+    EXPECT_LT(r.x, r.pixel_x + 1);
+    EXPECT_GE(r.y, r.pixel_y);
+    EXPECT_LT(r.y, r.pixel_y + 1);
+    EXPECT_EQ(r.seed, 99u);
+    return grey(r.pixel_x + 10 * r.pixel_y);
+  });
+  RenderOptions options;
+  options.seed = 99;
+  for (const char* text : {"control", "grid:n=3", "sobol-owen:spp=11"}) {
+    const RenderResult result = render(text, source, options);
+    EXPECT_EQ(result.film.mean(result.film.pixel(4, 3))[0], 34) << text;
+    EXPECT_EQ(result.film.mean(result.film.pixel(0, 2))[1], 20) << text;
+  }
+}
+
+TEST(Strategy, SameBitsForAnyThreadsAndTiles) {
+  const FunctionSource source(45, 31, [](const SampleRequest& r) {
+    Sample sample;
+    const SampleRandom random(r.pixel_x, r.pixel_y, r.index, r.seed);
+    for (uint32_t c = 0; c < 3; ++c) {
+      sample.rgb[c] = std::exp(20 * random.uniform(20 + c)) * static_cast<float>(r.x);
+      sample.position[c] = random.uniform(30 + c);
+      sample.normal[c] = random.uniform(40 + c);
+      sample.albedo[c] = random.uniform(50 + c);
+    }
+    if (random.uniform(60) < .5f) sample.distance = random.uniform(61);
+    sample.object_id = random.u32(62) % 5;
+    sample.valid = random.uniform(63) < .9f;
+    return sample;
+  });
+  RenderOptions options;
+  options.planes = all_planes();
+  for (const char* text : {"control", "grid:n=3", "sobol-owen:spp=24"}) {
+    std::vector<float> first;
+    uint64_t dropped = 0;
+    for (const int threads : {1, 2, 7})
+      for (const int tile : {1, 5, 32, 1000}) {
+        set_thread_limit(threads);
+        options.tile_px = tile;
+        const RenderResult result = render(text, source, options);
+        const Image image = result.film.image();
+        if (first.empty()) first = image.pixels, dropped = result.dropped;
+        ASSERT_EQ(std::memcmp(first.data(), image.pixels.data(), first.size() * sizeof(float)), 0)
+            << text << ", " << threads << " threads, tile " << tile;
+        EXPECT_EQ(result.dropped, dropped);
+      }
+  }
+  set_thread_limit(0);
+}
+
+TEST(Strategy, SeedsDifferAndRepeat) {
+  const HalfPlaneSource edge(16, 16, .6, .8, 12, kWhite, kBlack);
+  RenderOptions one, two;
+  one.seed = 1;
+  two.seed = 2;
+  const auto pixels = [&](const RenderOptions& options) {
+    return render("sobol-owen", edge, options).film.image().pixels;
+  };
+  EXPECT_EQ(pixels(one), pixels(one));
+  EXPECT_NE(pixels(one), pixels(two));
+}
+
+TEST(Strategy, LeavesOutWhatIsNotANumber) {
+  const FunctionSource source(8, 4, [](const SampleRequest& r) {
+    Sample sample = grey(2);
+    const bool here = r.pixel_x == 5 && r.pixel_y == 2;
+    if (here && r.index == 1) sample.rgb[2] = NAN;
+    if (here && r.index == 2) sample.rgb[0] = -INFINITY;
+    if (here && r.index == 3) sample.valid = false;
+    if (r.pixel_x == 6 && r.pixel_y == 3) sample.valid = false;
+    return sample;
+  });
+  RenderOptions options;
+  options.planes = all_planes();
+  const RenderResult result = render("sobol-owen:spp=8", source, options);
+  EXPECT_EQ(result.samples, 8u * 8 * 4);
+  EXPECT_EQ(result.dropped, 3u + 8);
+  EXPECT_EQ(result.dropped_x, 5);
+  EXPECT_EQ(result.dropped_y, 2);
+  EXPECT_EQ(result.film.count(result.film.pixel(5, 2)), 5u);
+  EXPECT_EQ(result.film.mean(result.film.pixel(5, 2)), (std::array<double, 3>{2, 2, 2}));
+  EXPECT_EQ(result.film.mean(result.film.pixel(6, 3)), (std::array<double, 3>{0, 0, 0}));
+  EXPECT_EQ(result.film.variance_of_mean(result.film.pixel(6, 3)), (std::array<double, 3>{0, 0, 0}));
+}
+
+TEST(Strategy, EndsEarlyWithTheWholePictureCovered) {
+  int asked = 0;
+  RenderOptions options;
+  options.tile_px = 8;
+  set_thread_limit(1);
+  options.stop = [&] { return ++asked > 200; };  // a pass asks 16 times for its tiles, and for full batches
+  const RampSource flat(32, 32, {1, 2, 3}, kBlack, kBlack);
+  const RenderResult result = render("sobol-owen:spp=65536", flat, options);
+  set_thread_limit(0);
+  EXPECT_FALSE(result.complete);
+  EXPECT_LT(result.samples, 65536u * 32 * 32);
+  for (size_t p = 0; p < result.film.pixels(); ++p) {
+    ASSERT_GE(result.film.count(p), 1u);
+    ASSERT_EQ(result.film.mean(p), (std::array<double, 3>{1, 2, 3}));
+  }
+}
+
+TEST(Strategy, ProgressRisesToOne) {
+  double last = 0;
+  bool falls = false;
+  RenderOptions options;
+  options.progress = [&](double done) {
+    falls = falls || done < last;
+    last = done;
+  };
+  set_thread_limit(1);
+  render("grid:n=4", RampSource(50, 40, kWhite, kBlack, kBlack), options);
+  set_thread_limit(0);
+  EXPECT_FALSE(falls);
+  EXPECT_EQ(last, 1);
+}
+
+TEST(Strategy, ErrorsOfTheSourceComeThrough) {
+  const FunctionSource source(40, 40, [](const SampleRequest& r) -> Sample {
+    if (r.pixel_x == 17) throw_input("the lamp is broken");
+    return grey(1);
+  });
+  EXPECT_THROW(render("sobol-owen", source), Error);
+}
+
+TEST(Strategy, NamesWhatIsWrongWithItsText) {
+  EXPECT_THAT(refusal("gird:n=2"), HasSubstr("--strategy: there is no strategy 'gird' (did you mean 'grid'?)"));
+  EXPECT_THAT(refusal(""), HasSubstr("there are control, grid, sobol-owen"));
+  EXPECT_THAT(refusal("grid:m=2"), HasSubstr("no parameter 'm'"));
+  EXPECT_THAT(refusal("control:n=2"), HasSubstr("it has none"));
+  EXPECT_THAT(refusal("grid:n"), HasSubstr("'n' is not key=value"));
+  EXPECT_THAT(refusal("grid:"), HasSubstr("is not key=value"));
+  EXPECT_THAT(refusal("grid:n=2,n=3"), HasSubstr("given twice"));
+  for (const char* value : {"0", "-1", "1025", "2.5", "x", "", "99999999999999999999"})
+    EXPECT_THAT(refusal(std::string("grid:n=") + value), HasSubstr("a whole number, 1 to 1024")) << value;
+  EXPECT_EQ(make_strategy("grid:n=1024", "")->text(), "grid:n=1024");
+  EXPECT_EQ(make_strategy("sobol-owen", "")->text(), "sobol-owen:spp=16");
+  EXPECT_EQ(make_strategy("control", "")->text(), "control");
+  for (const StrategyInfo* info : strategy_list()) {
+    EXPECT_EQ(make_strategy(info->name, "")->info().name, info->name);
+    for (const StrategyParam& param : info->params)
+      EXPECT_THAT(strategy_help(*info), HasSubstr(param.name + "=" + std::to_string(param.usual)));
+  }
+}
+
+TEST(Strategy, AFixedPatternHasNoErrorToStopAt) {
+  RenderOptions options;
+  options.until_rmse = 1e-3;
+  EXPECT_THROW(render("grid", RampSource(4, 4, kWhite, kBlack, kBlack), options), Error);
+  EXPECT_THROW(render("control", RampSource(4, 4, kWhite, kBlack, kBlack), options), Error);
+}
+
+TEST(Film, PlanesAreMeansOverHitsAndFirstIds) {
+  FilmPlanes planes = all_planes();
+  Film film(2, 1, planes);
+  Sample hit = grey(1), miss = grey(3);
+  hit.distance = 4;
+  hit.position = {1, 2, 3};
+  hit.normal = {0, 0, 1};
+  hit.albedo = {.5f, .25f, 1};
+  hit.object_id = 7;
+  hit.material_id = 70001;
+  EXPECT_TRUE(film.add(0, 0, hit));
+  hit.distance = 8;
+  hit.position = {3, 2, 1};
+  hit.normal = {0, 1, 0};
+  hit.object_id = 8;
+  EXPECT_TRUE(film.add(0, 1, hit));
+  EXPECT_TRUE(film.add(0, 2, miss));
+  EXPECT_TRUE(film.add(0, 3, miss));
+  const Image image = film.image();
+  EXPECT_EQ(image.spec.channels,
+            (std::vector<std::string>{"R", "G", "B", "Z", "P.X", "P.Y", "P.Z", "N.X", "N.Y", "N.Z", "albedo.R",
+                                      "albedo.G", "albedo.B", "object_id", "material_id", "variance.R", "variance.G",
+                                      "variance.B", "samples"}));
+  const std::vector<float> first(image.pixels.begin(), image.pixels.begin() + 19);
+  const float variance = 4.f / 3 / 4;  // of 1 1 3 3: sum of squares about 2 is 4
+  EXPECT_EQ(first, (std::vector<float>{2, 2, 2, 6, 2, 2, 2, 0, .5f, .5f, .25f, .125f, .5f, 7, 70001, variance,
+                                       variance, variance, 4}));
+  const std::vector<float> second(image.pixels.begin() + 19, image.pixels.end());
+  EXPECT_EQ(second, (std::vector<float>{0, 0, 0, INFINITY, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_THAT(([] { parse_planes("depth,albdo", "--aov"); }),
+              testing::ThrowsMessage<Error>(HasSubstr("--aov: 'albdo' is not known (did you mean 'albedo'?)")));
+  EXPECT_EQ(parse_planes("", "--aov"), FilmPlanes{});
+}
+
+TEST(Film, RefusesMoreThanTheMachineHas) {
+  EXPECT_THROW(Film(2147483647, 2147483647, {}), Error);
+  EXPECT_THROW(Film(3'000'000, 3'000'000, {}), Error);
+}
+
+TEST(Film, SumsKeepWhatRoundingWouldLose) {
+  // 1e8 and -1e8 alternate on top of a bias that float holds exactly: the mean is the bias.
+  Film film(1, 1, {});
+  const int n = 1'000'000;
+  for (int i = 0; i < n; ++i) film.add(0, static_cast<uint32_t>(i), grey((i & 1 ? -1e8 : 1e8) + (i % 4 < 2 ? 8 : 0)));
+  EXPECT_EQ(film.mean(0)[0], 4);
+}
+
+TEST(Film, VarianceOfLargeNumbersWithSmallNoise) {
+  // Float's step at 1e8 is 8: values 1e8 + {0, 8, 16, 24} in turn have variance 80 n / (n - 1).
+  FilmPlanes planes;
+  planes.variance = true;
+  Film film(2, 1, planes);
+  const uint32_t n = 400'000;
+  for (uint32_t i = 0; i < n; ++i) {
+    film.add(0, i, grey(1e8 + 8 * (i % 4)));
+    film.add(1, i, grey(1e8));
+  }
+  EXPECT_NEAR(film.variance_of_mean(0)[1] * n, 80. * n / (n - 1), 80 * 1e-9);
+  EXPECT_EQ(film.variance_of_mean(1)[1], 0);
+  Film small(1, 1, planes);
+  EXPECT_EQ(small.variance_of_mean(0)[0], 0);
+  small.add(0, 0, grey(1e8));
+  EXPECT_EQ(small.variance_of_mean(0)[0], 0);  // one sample
+  small.add(0, 1, grey(1e8 + 16));
+  EXPECT_DOUBLE_EQ(small.variance_of_mean(0)[0], 128. / 2);  // two: 2 * 8^2 / 1
+}
+
+TEST(Analytic, IntegralsAgainstSamplesOnAFineGrid) {
+  // An independent way: 512^2 points per pixel; an edge of length s misplaces at most about s/512 of a pixel's area.
+  const HalfPlaneSource plane(6, 5, -.3, .954, 1.2, {2, 0, 1}, {0, 1, 1});
+  const DiscSource disc(6, 5, 2.9, 2.2, 1.83, {2, 0, 1}, {0, 1, 1});
+  const DiscSource speck(6, 5, 2.51, 2.47, .11, {2, 0, 1}, {0, 1, 1});  // within one pixel
+  for (const Source* source :
+       {static_cast<const Source*>(&plane), static_cast<const Source*>(&disc), static_cast<const Source*>(&speck)}) {
+    const RenderResult result = render("grid:n=512", *source);
+    for (int y = 0; y < 5; ++y)
+      for (int x = 0; x < 6; ++x) {
+        const auto exact = *source->integral(x, y, x + 1, y + 1);
+        const auto mean = result.film.mean(result.film.pixel(x, y));
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(mean[c], exact[c], 2e-4) << x << "," << y;
+      }
+  }
+  // Over the whole film, the disc's area is pi r^2 of 30, and additive over its pixels.
+  double sum = 0;
+  for (int y = 0; y < 5; ++y)
+    for (int x = 0; x < 6; ++x) sum += (*disc.integral(x, y, x + 1, y + 1))[0];
+  EXPECT_NEAR(sum, 2 * std::numbers::pi * 1.83 * 1.83, 1e-13);
+  EXPECT_NEAR((*disc.integral(0, 0, 6, 5))[0] * 30, sum, 1e-13);
+}
+
+TEST(Sobol, FirstPointsAreThePublishedOnes) {
+  // Joe and Kuo's table, dimensions 1 and 2, in natural (not Gray code) order.
+  const double expected[8][2] = {{0, 0},       {.5, .5},     {.25, .75},   {.75, .25},
+                                 {.125, .625}, {.625, .125}, {.375, .375}, {.875, .875}};
+  for (uint32_t i = 0; i < 8; ++i) {
+    const auto point = sobol_point(i);
+    EXPECT_EQ(point[0] * 0x1p-32, expected[i][0]) << i;
+    EXPECT_EQ(point[1] * 0x1p-32, expected[i][1]) << i;
+  }
+}
+
+namespace {
+
+// How many elementary intervals of 2^-a by 2^-(k-a), a = 0..k, do not hold exactly one of the 2^k points.
+template <typename PointAt>
+int unfair_intervals(uint32_t k, const PointAt& point_at) {
+  int unfair = 0;
+  for (uint32_t a = 0; a <= k; ++a) {
+    std::vector<int> held(size_t{1} << k);
+    for (uint32_t i = 0; i < (1u << k); ++i) {
+      const std::array<double, 2> p = point_at(i);
+      const auto column = static_cast<size_t>(std::ldexp(p[0], static_cast<int>(a)));
+      const auto row = static_cast<size_t>(std::ldexp(p[1], static_cast<int>(k - a)));
+      ++held[row << a | column];
+    }
+    for (const int n : held) unfair += n != 1;
+  }
+  return unfair;
+}
+
+}  // namespace
+
+TEST(Sobol, EachElementaryIntervalHoldsExactlyOne) {
+  for (uint32_t k = 0; k <= 12; ++k)
+    for (const uint64_t key : {0ull, 1ull, 0x123456789abcdefull}) {
+      for (const uint32_t block : {0u, 1u, 5u})  // any aligned block of 2^k
+        EXPECT_EQ(unfair_intervals(k,
+                                   [&](uint32_t i) {
+                                     const auto p = sobol_owen_point((block << k) + i, key);
+                                     return std::array{p[0] * 0x1p-32, p[1] * 0x1p-32};
+                                   }),
+                  0)
+            << "2^" << k << " points, key " << key;
+      EXPECT_EQ(unfair_intervals(k,
+                                 [&](uint32_t i) {
+                                   const auto p = sobol_owen_pair(i, 3, key);
+                                   return std::array<double, 2>{p[0], p[1]};
+                                 }),
+                0)
+          << "pair, 2^" << k << " points, key " << key;
+    }
+  // And the points that the strategy really asks for.
+  std::vector<std::array<double, 2>> places(256);
+  const FunctionSource source(1, 1, [&](const SampleRequest& r) {
+    places[r.index] = {r.x, r.y};
+    return grey(0);
+  });
+  render("sobol-owen:spp=256", source);
+  EXPECT_EQ(unfair_intervals(8, [&](uint32_t i) { return places[i]; }), 0);
+}
+
+TEST(Sobol, HalvesShareEachIntervalOfFourPointsEvenly) {
+  for (uint32_t k = 2; k <= 12; ++k)
+    for (uint32_t a = 0; a <= k - 2; ++a) {
+      std::vector<int> first_half(size_t{1} << (k - 2));
+      for (uint32_t i = 0; i < (1u << k); ++i) {
+        const auto p = sobol_owen_point(i, 7);
+        const size_t column = size_t{p[0]} >> (32 - a), row = size_t{p[1]} >> (32 - (k - 2 - a));
+        first_half[row << a | column] += !sobol_half(i);
+      }
+      EXPECT_THAT(first_half, testing::Each(2)) << k << " " << a;
+    }
+}
+
+TEST(Sobol, ScramblingIsNested) {
+  // Two numbers that share their k highest bits share them afterwards, and differ in the next one if they did.
+  for (uint32_t t = 0; t < 2000; ++t) {
+    const uint32_t x = SampleRandom(0, 0, t, 5).u32(0), seed = SampleRandom(0, 0, t, 5).u32(1);
+    for (int k = 0; k < 32; ++k) {
+      const uint32_t low = k == 31 ? 0 : SampleRandom(0, 0, t, 6).u32(0) >> (k + 1);
+      const uint32_t y = x ^ (0x80000000u >> k) ^ low;  // differs first in bit k from the top
+      const uint32_t difference = owen_scramble(x, seed) ^ owen_scramble(y, seed);
+      ASSERT_EQ(std::countl_zero(difference), k);
+    }
+  }
+}
