@@ -6,8 +6,14 @@
 namespace triad::raytracer {
 namespace {
 
-// Nodes of the table of coat albedos, over cosine and roughness, both from 0 to 1, and of its quadrature.
-constexpr int kCosines = 129, kRoughnesses = 33, kQuadrature = 16;
+// Nodes of the table of coat albedos, over cosine and roughness, both from 0 to 1, and of its quadrature. Cosines lie
+// at squares, close together near grazing incidence, where narrow lobes change within a hundredth.
+constexpr int kCosines = 97, kRoughnesses = 33, kQuadrature = 16;
+
+float cosine_at(int node) {
+  const float x = static_cast<float>(node) / (kCosines - 1);
+  return x * x;
+}
 
 struct CoatTable {
   std::array<std::array<CoatAlbedo, kCosines>, kRoughnesses> at;
@@ -17,7 +23,7 @@ struct CoatTable {
 CoatAlbedo integrate(float cosine, float roughness) {
   if (roughness == 0) return {1 - schlick_weight(cosine), schlick_weight(cosine)};
   const Ggx ggx{roughness * roughness};
-  cosine = std::max(cosine, 1e-3f);  // stands for the limit at grazing incidence
+  cosine = std::max(cosine, 1e-5f);  // stands for the limit at grazing incidence
   const Float3 to{std::sqrt(1 - cosine * cosine), 0, cosine};
   double at_normal = 0, at_grazing = 0;
   for (int i = 0; i < kQuadrature; ++i) {
@@ -41,11 +47,11 @@ CoatTable make_table() {
   for (int r = 0; r < kRoughnesses; ++r) {
     auto& row = table.at[r];
     for (int c = 0; c < kCosines; ++c)
-      row[c] = integrate(static_cast<float>(c) / (kCosines - 1), static_cast<float>(r) / (kRoughnesses - 1));
+      row[c] = integrate(cosine_at(c), static_cast<float>(r) / (kRoughnesses - 1));
     // Twice the integral of cosine times E, which is linear between nodes.
     double at_normal = 0, at_grazing = 0;
     for (int c = 0; c + 1 < kCosines; ++c) {
-      const double a = c / double{kCosines - 1}, b = (c + 1) / double{kCosines - 1}, third = (b - a) / 3;
+      const double a = cosine_at(c), b = cosine_at(c + 1), third = (b - a) / 3;
       at_normal += third * (row[c].at_normal * (2 * a + b) + row[c + 1].at_normal * (a + 2 * b));
       at_grazing += third * (row[c].at_grazing * (2 * a + b) + row[c + 1].at_grazing * (a + 2 * b));
     }
@@ -66,12 +72,20 @@ CoatAlbedo mix(CoatAlbedo a, CoatAlbedo b, float t) {
 struct Node {
   int index;
   float fraction;
-  Node(float x, int nodes) {
-    const float position = std::clamp(x, 0.f, 1.f) * static_cast<float>(nodes - 1);
-    index = std::min(static_cast<int>(position), nodes - 2);
-    fraction = position - static_cast<float>(index);
-  }
 };
+
+Node roughness_node(float roughness) {
+  const float position = std::clamp(roughness, 0.f, 1.f) * (kRoughnesses - 1);
+  const int index = std::min(static_cast<int>(position), kRoughnesses - 2);
+  return {index, position - static_cast<float>(index)};
+}
+
+Node cosine_node(float cosine) {
+  cosine = std::clamp(cosine, 0.f, 1.f);
+  const int index = std::min(static_cast<int>(std::sqrt(cosine) * (kCosines - 1)), kCosines - 2);
+  const float below = cosine_at(index);
+  return {index, (cosine - below) / (cosine_at(index + 1) - below)};
+}
 
 }  // namespace
 
@@ -103,13 +117,13 @@ Float3 Ggx::sample_half(Float3 to, float u, float v) const {
 
 CoatAlbedo coat_albedo(float cosine, float roughness) {
   if (roughness == 0) {  // the table's first row, as it is interpolated
-    const Node c(cosine, kCosines);
-    const float a = static_cast<float>(c.index) / (kCosines - 1), b = static_cast<float>(c.index + 1) / (kCosines - 1);
-    const float grazing = schlick_weight(a) + (schlick_weight(b) - schlick_weight(a)) * c.fraction;
+    const Node c = cosine_node(cosine);
+    const float below = schlick_weight(cosine_at(c.index)), above = schlick_weight(cosine_at(c.index + 1));
+    const float grazing = below + (above - below) * c.fraction;
     return {1 - grazing, grazing};
   }
   const CoatTable& table = coat_table();
-  const Node c(cosine, kCosines), r(roughness, kRoughnesses);
+  const Node c = cosine_node(cosine), r = roughness_node(roughness);
   const auto &low = table.at[r.index], &high = table.at[r.index + 1];
   return mix(mix(low[c.index], low[c.index + 1], c.fraction), mix(high[c.index], high[c.index + 1], c.fraction),
              r.fraction);
@@ -117,7 +131,7 @@ CoatAlbedo coat_albedo(float cosine, float roughness) {
 
 CoatAlbedo mean_coat_albedo(float roughness) {
   const CoatTable& table = coat_table();
-  const Node r(roughness, kRoughnesses);
+  const Node r = roughness_node(roughness);
   return mix(table.mean[r.index], table.mean[r.index + 1], r.fraction);
 }
 

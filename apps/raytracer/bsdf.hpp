@@ -133,6 +133,7 @@ class Bsdf {
   Float3 f0_{}, f90_{};        // its reflectance at normal and grazing incidence, times its part of the surface
   float coat_f0_ = 0, coat_f90_ = 0;  // of the coat alone
   Float3 matt_{};              // albedo of the matt base times its part, and times (1 - E(to)) / (1 - mean E)
+  float mean_through_ = 1;     // 1 - mean E
   float glass_ = 0;            // the part of the surface that is glass
   float glass_reflects_ = 0, glass_cos_t_ = 0, eta_ = 1;
   // Probabilities of following each lobe; their sum is 1, or 0 where nothing is followed.
@@ -163,10 +164,10 @@ Bsdf<kLobes>::Bsdf(const SurfaceMaterial& material, Float3 to, bool outside, Lob
     matt_ = material.base * opaque;
     if (coat_f90_ > 0) {
       const CoatAlbedo mean = mean_coat_albedo(smooth ? 0 : material.roughness);
-      const float mean_through = 1 - (coat_f0_ * mean.at_normal + coat_f90_ * mean.at_grazing);
-      matt_ *= mean_through > 1e-6f ? through_coat(to.z) / mean_through : 0;  // a perfect mirror hides its base
+      mean_through_ = 1 - (coat_f0_ * mean.at_normal + coat_f90_ * mean.at_grazing);
+      matt_ *= mean_through_ > 1e-6f ? through_coat(to.z) / mean_through_ : 0;  // a perfect mirror hides its base
     }
-    matt_estimate = follow_diffuse ? max_component(matt_) : 0;
+    matt_estimate = follow_diffuse ? max_component(matt_) * mean_through_ : 0;
   }
   if (kLobes.refraction && lobes.refraction) {
     glass_ = glass;
@@ -248,7 +249,7 @@ BsdfSample Bsdf<kLobes>::sample(float choose, float u, float v) const {
 
 template <LobeMask kLobes>
 Float3 Bsdf<kLobes>::albedo() const {
-  Float3 sum = matt_ * through_coat(to_.z) + material_.base * glass_;
+  Float3 sum = matt_ * mean_through_ + material_.base * glass_;
   if (has_coat_) {
     const CoatAlbedo coat = coat_albedo(to_.z, ggx_.alpha > 0 ? material_.roughness : 0);
     sum += f0_ * coat.at_normal + f90_ * coat.at_grazing;
