@@ -92,7 +92,7 @@ void describe(const std::string& path, const std::string& format, const OIIO::Im
   info.data_height = from.height;
 
   const ChannelChoice choice = choose_channels(path, from.channelnames, options);
-  for (const int index : choice.file_indices) spec.channels.push_back(from.channelnames[index]);
+  spec.channels = choice.names;
   spec.alpha = choice.alpha;
   spec.colour_channels = choice.colour_channels;
 
