@@ -6,11 +6,17 @@
 
 namespace triad {
 
-// A name beside `path`, in the same folder and with the same extension, to write to before the rename.
-// The destructor removes the temporary file unless commit() was called. Ctrl-C ends long loops through
-// check_cancel(), an exception, and so leaves nothing half-written.
+struct TemporaryName;
+
+// A name to write to before the rename: in the same folder and with the same extension (of at most 16
+// characters). The destructor removes the temporary file unless commit() was called. Ctrl-C ends long loops
+// through check_cancel(), an exception, and so leaves nothing half-written.
 //
-// Throws Error(kInput) when the folder is missing or cannot be written to, or when `path` is a folder.
+// Symbolic links stay: it is their target that is replaced, and the temporary file lies beside the target. A
+// file that is replaced hands on its permissions.
+//
+// Throws Error(kInput) when the folder is missing or cannot be written to, or when `path` is a folder, a device,
+// a pipe or a socket.
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);
@@ -24,16 +30,18 @@ class AtomicFile {
   void commit();
 
  private:
-  std::string path_, temporary_;
+  std::string path_, target_, temporary_;  // target_: path_ with its links followed
   bool committed_ = false;
-  int slot_ = -1;  // where unlink_temporaries() finds the name
+  int mode_ = -1;                  // permissions of the file that is replaced, or -1
+  TemporaryName* slot_ = nullptr;  // where unlink_temporaries() finds the name
 };
 
 // Removes the temporary files of all AtomicFiles that are alive; async-signal-safe, for a handler that ends
-// the process. The first 64 alive at a time are known to it.
+// the process.
 void unlink_temporaries() noexcept;
 
-// Writes text atomically; "-" is standard output.
+// Writes text atomically; "-" is standard output. Character devices, pipes and what /proc shows of a process
+// (/dev/null, /dev/stdout, a FIFO) are written to as they are. Throws Error(kInput) with the system's reason.
 void write_text_file(const std::string& path, const std::string& text);
 // Throws what write_text_file would throw over the name of the file, and writes nothing.
 void check_text_file(const std::string& path);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <triad/base/error.hpp>
+#include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/image/internal/header.hpp>
 
@@ -49,13 +50,27 @@ int find_name(const Names& names, const std::string& wanted) {
   return -1;
 }
 
-// Says which of the chosen channels are colour, and which one is alpha.
+// Whether the first three chosen are R, G and B of one layer, in whatever order.
+bool begins_with_rgb(const Names& chosen) {
+  if (chosen.size() < 3) return false;
+  bool found[3] = {};
+  for (size_t i = 0; i < 3; ++i) {
+    if (component(chosen[i]) < 0 || layer_of(chosen[i]) != layer_of(chosen[0])) return false;
+    found[component(chosen[i])] = true;
+  }
+  return found[0] && found[1] && found[2];
+}
+
+// Says which of the chosen channels are colour, which one is alpha, and what they are called.
 void classify(const Names& names, ChannelChoice& choice) {
   const auto name = [&](size_t i) -> const std::string& { return names[choice.file_indices[i]]; };
   const size_t n = choice.file_indices.size();
-  if (n >= 3 && component(name(0)) == 0 && component(name(1)) == 1 && component(name(2)) == 2 &&
-      layer_of(name(0)) == layer_of(name(1)) && layer_of(name(0)) == layer_of(name(2))) {
+  for (size_t i = 0; i < n; ++i) choice.names.push_back(name(i));
+  if (begins_with_rgb(choice.names)) {
     choice.colour_channels = 3;
+    // The first is the red of the new picture, and so on: what was asked for is a swap, in every format.
+    std::sort(choice.names.begin(), choice.names.begin() + 3,
+              [](const std::string& a, const std::string& b) { return component(a) < component(b); });
   } else if (n >= 1 && !is_alpha(name(0)) && (n == 1 || (n == 2 && is_alpha(name(1))))) {
     choice.colour_channels = 1;
   }
@@ -85,6 +100,13 @@ ChannelChoice choose_named(const std::string& path, const Names& in_file, const 
                   "; it has " + join(in_file, ", "));
   }
   classify(in_file, choice);
+  if (choice.colour_channels == 0)
+    for (const std::string& name : choice.names)
+      if (!colour_of_layer(choice.names, layer_of(name)).empty()) {
+        warn("'" + path + "': of the channels " + join(choice.names, ", ") +
+             " none is taken as colour; for that, R, G and B must come first");
+        break;
+      }
   return choice;
 }
 
@@ -131,8 +153,10 @@ ChannelChoice choose_channels(const std::string& path, const Names& in_file, con
   if (options.all_channels)
     for (size_t i = 0; i < in_file.size(); ++i)
       if (std::find(choice.file_indices.begin(), choice.file_indices.end(), static_cast<int>(i)) ==
-          choice.file_indices.end())
+          choice.file_indices.end()) {
         choice.file_indices.push_back(static_cast<int>(i));
+        choice.names.push_back(in_file[i]);
+      }
   return choice;
 }
 

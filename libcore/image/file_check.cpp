@@ -303,6 +303,35 @@ std::string recognise_format(const std::string& path) {
   refuse(path, "it is not a picture that Triad reads (EXR, PNG, TIFF, HDR, JPEG ...)");
 }
 
+bool is_interleaved(const std::string& path, const std::string& format) {
+  ByteReader in(path);
+  if (format == "png") {
+    in.skip(28);  // signature, length and name of the chunk IHDR, and all of it but the interlace method
+    return in.byte() != 0;
+  }
+  if (format != "jpeg") return false;
+  in.skip(2);
+  int components = 0;
+  for (;;) {  // segments, until the first scan
+    int marker = in.byte();
+    while (marker == 0xff) marker = in.byte();
+    if (marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8)) continue;
+    const int length = in.big16();
+    if (length < 3) return false;
+    if (marker == 0xda) return in.byte() < components;
+    const bool frame = marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+    // ITU-T T.81, table B.1: progressive are SOF 2, 6, 10 and 14.
+    if (frame && (marker & 3) == 2) return true;
+    if (frame && length >= 8) {
+      in.skip(5);
+      components = in.byte();
+      in.skip(static_cast<uint64_t>(length - 8));
+    } else {
+      in.skip(static_cast<uint64_t>(length - 2));
+    }
+  }
+}
+
 void check_header(const std::string& path, const std::string& format) {
   if (format == "png") check_png(path);
   if (format == "jpeg") check_jpeg(path);

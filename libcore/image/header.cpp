@@ -3,6 +3,7 @@
 #include <triad/base/error.hpp>
 #include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
+#include <triad/image/internal/carried.hpp>
 #include <triad/image/internal/header.hpp>
 
 namespace triad::image {
@@ -14,7 +15,7 @@ std::string text_attribute(const OIIO::ImageSpec& spec, const char* name) {
 
 // What the file says of its colour, and where it says so.
 void find_colour_space(const std::string& path, const std::string& format, const OIIO::ImageSpec& from,
-                       ImageSpec& spec, FileInfo& info) {
+                       const Carried& carried, ImageSpec& spec, FileInfo& info) {
   const bool integer = !from.format.is_floating_point();
   const bool display_format = integer && (from.format.size() <= 2);
   spec.colour_space = display_format && format != "openexr" && format != "hdr" ? "sRGB" : "Linear";
@@ -24,6 +25,7 @@ void find_colour_space(const std::string& path, const std::string& format, const
     info.colour_space_from = "metadata";
   };
   if (const std::string own = text_attribute(from, "triad:colour_space"); !own.empty()) return from_metadata(own);
+  if (!carried.colour_space.empty()) return from_metadata(carried.colour_space);
   if (format == "openexr" || format == "hdr") return;
 
   const std::string profile = lower(text_attribute(from, "ICCProfile:profile_description"));
@@ -42,8 +44,8 @@ void find_colour_space(const std::string& path, const std::string& format, const
   if (std::abs(gamma - 1.f) < 1e-3f) return from_metadata("Linear");
 }
 
-void find_cells(const std::string& path, const OIIO::ImageSpec& from, const ReadOptions& options, ImageSpec& spec,
-                FileInfo& info) {
+void find_cells(const std::string& path, const OIIO::ImageSpec& from, const Carried& carried,
+                const ReadOptions& options, ImageSpec& spec, FileInfo& info) {
   const float aspect = from.get_float_attribute("PixelAspectRatio", 1.f);
   spec.pixel_aspect = std::isfinite(aspect) && aspect > 1e-3f && aspect < 1e3f ? aspect : 1;
   info.cells_from = "default";
@@ -52,7 +54,9 @@ void find_cells(const std::string& path, const OIIO::ImageSpec& from, const Read
     spec.cells = {n, 1};
     info.cells_from = "pixel aspect";
   }
-  if (const std::string own = text_attribute(from, "triad:cells"); !own.empty()) try {
+  std::string own = text_attribute(from, "triad:cells");
+  if (own.empty()) own = carried.cells;
+  if (!own.empty()) try {
       spec.cells = parse_cells(own, "triad:cells");
       info.cells_from = "metadata";
     } catch (const Error& error) {
@@ -88,12 +92,14 @@ void describe(const std::string& path, const std::string& format, const OIIO::Im
   info.data_height = from.height;
 
   const ChannelChoice choice = choose_channels(path, from.channelnames, options);
-  for (const int index : choice.file_indices) spec.channels.push_back(from.channelnames[index]);
+  spec.channels = choice.names;
   spec.alpha = choice.alpha;
   spec.colour_channels = choice.colour_channels;
 
-  find_cells(path, from, options, spec, info);
-  find_colour_space(path, format, from, spec, info);
+  std::string description = text_attribute(from, "ImageDescription");
+  const Carried carried = take_carried(description);
+  find_cells(path, from, carried, options, spec, info);
+  find_colour_space(path, format, from, carried, spec, info);
   if (choice.colour_channels == 0) spec.colour_space.clear();
   if (!options.colour_space.empty()) {
     spec.colour_space = options.colour_space;
@@ -108,7 +114,14 @@ void describe(const std::string& path, const std::string& format, const OIIO::Im
   for (const auto& attribute : from.extra_attribs) {
     const std::string name = attribute.name().string();
     const bool empty_text = attribute.type() == OIIO::TypeString && attribute.get_string().empty();
-    if (!describes_encoding(name) && !empty_text) spec.metadata.impl().list.push_back(attribute);
+    if (describes_encoding(name) || empty_text) continue;
+    std::string text = attribute.type() == OIIO::TypeString ? attribute.get_string() : "";
+    const std::string whole = text;
+    take_carried(text);
+    if (text == whole)
+      spec.metadata.impl().list.push_back(attribute);
+    else if (name == "ImageDescription" && !text.empty())  // others (IPTC's caption) are OpenImageIO's copies of it
+      spec.metadata.set(name, text);
   }
 }
 

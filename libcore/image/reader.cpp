@@ -28,18 +28,20 @@ class OiioReader final : public ImageReader {
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);  // or else integers lose bits by being associated in 8 bits
     OIIO::ImageSpec first;
-    if (!input_->open(path, first, config)) fail(path, "its header is corrupt or cut short", input_->geterror());
+    if (!input_->open(path, first, config)) refuse_header(input_->geterror());
     choose_part(options.part, format);
     check(format);
     image::describe(path, format, native_, options, spec_, info_);
     plan_channels(options);
     block_rows_ = image::block_rows(format, native_);
+    decoder_bytes_ = count_decoder_bytes(format);
   }
 
   const ImageSpec& spec() const override { return spec_; }
   const FileInfo& info() const override { return info_; }
   const std::string& path() const override { return path_; }
   int block_rows() const override { return block_rows_; }
+  uint64_t decoder_bytes() const override { return decoder_bytes_; }
 
   void read_rows(int y0, int y1, float* out, size_t row_stride) override {
     if (y0 < 0 || y1 < y0 || y1 > spec_.height)
@@ -61,6 +63,24 @@ class OiioReader final : public ImageReader {
   }
 
  private:
+  [[noreturn]] void refuse_header(const std::string& detail) const {
+    // What OpenImageIO says of TIFF files that are whole but of a kind that libtiff does not convert.
+    if (detail.find("No support for this flavor") != std::string::npos)
+      fail(path_, "its colour model is not supported in this sample type; convert it to RGB first", detail);
+    fail(path_, "its header is corrupt or cut short", detail);
+  }
+
+  uint64_t count_decoder_bytes(const std::string& format) const {
+    if (format == "openexr" || format == "tiff" || format == "hdr") return 0;
+    const bool whole = (format != "png" && format != "jpeg") || image::is_interleaved(path_, format);
+    if (!whole) return 0;
+    // JPEG: 8x8 blocks of 16-bit coefficients; components at full size, the most there can be.
+    const auto padded = [](int side) { return static_cast<uint64_t>((int64_t{side} + 7) / 8 * 8); };
+    if (format == "jpeg")
+      return padded(native_.width) * padded(native_.height) * static_cast<uint64_t>(native_.nchannels) * 2;
+    return native_.image_bytes(true);
+  }
+
   void choose_part(const std::string& wanted, const std::string& format) {
     int chosen = -1;
     std::vector<std::string> names;
@@ -100,6 +120,10 @@ class OiioReader final : public ImageReader {
     image::check_size(path_, native_.width, native_.height, native_.nchannels);
     if (native_.depth > 1) fail(path_, "it is a volume, not a picture", "");
     if (format == "openexr" || format == "png" || format == "jpeg" || format == "hdr") return;
+    constexpr int kSeparated = 5;  // TIFF 6.0: CMYK, which the decoder turns to RGB from integers only
+    if (native_.get_int_attribute("tiff:PhotometricInterpretation", 2) == kSeparated &&
+        native_.format.is_floating_point())
+      fail(path_, "its colour model is not supported in this sample type; convert it to RGB first", "CMYK in floats");
     // TIFF: stored as it is, 1; LZW, deflate, PackBits stay under 4096; newer codecs and bilevel fax do not.
     const std::string compression = native_.get_string_attribute("compression").c_str();
     double ratio = 1 << 18;
@@ -226,6 +250,7 @@ class OiioReader final : public ImageReader {
   FileInfo info_;
   int part_ = 0;
   int block_rows_ = 1;
+  uint64_t decoder_bytes_ = 0;
   std::vector<int> indices_;  // of the channels of spec_, in the file
   int first_ = 0, last_ = 0;  // the range of file channels that is decoded
   int convert_alpha_ = -1;    // file channel to multiply or divide colour by, or -1

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -51,7 +52,9 @@ struct FileInfo {
 // Channels: colour first ("R","G","B" in any case, or a single "Y" or other single channel as grey), then
 // alpha ("A"), then, with all_channels, the others by their names. A layer's channels ("diffuse.R") count as
 // others unless asked for by name; asking for exactly "x.R","x.G","x.B"[,"x.A"] makes them the colour.
-// channels = {"diffuse"} asks for all channels of that layer. Names unknown to the file are an error that
+// In another order, they are still the colour, and their order is a swap: channels = {"B","G","R"} is the picture
+// with red and blue exchanged, its channels called R, G and B (position decides, in every format it is written
+// to). channels = {"diffuse"} asks for all channels of that layer. Names unknown to the file are an error that
 // lists what there is.
 //
 // Cells: the metadata "triad:cells" ("3x1") wins over the pixel aspect (1/n is taken as n x 1 for n = 2..16,
@@ -75,6 +78,11 @@ class ImageReader {
 
   // Rows per block that the file decodes together: 1, a tile's height, or a compression block's.
   virtual int block_rows() const = 0;
+
+  // What the decoder itself holds beyond blocks of rows, once the first row was read: the whole picture as stored
+  // for an interlaced PNG and for formats that OpenImageIO reads whole (all but EXR, PNG, TIFF, JPEG and HDR), its
+  // coefficients for a JPEG of several scans (progressive ones are); else 0.
+  virtual uint64_t decoder_bytes() const = 0;
 };
 
 // The whole picture. Throws as the reader does.

@@ -9,6 +9,7 @@
 #include <triad/base/file.hpp>
 #include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
+#include <triad/image/internal/carried.hpp>
 #include <triad/image/internal/oiio.hpp>
 #include <triad/image/internal/output_proxy.hpp>
 #include <triad/image/writer.hpp>
@@ -21,28 +22,30 @@ struct Format {
   bool linear;       // whether its default depth holds scene-linear values
   Depth usual;
   std::vector<Depth> others;
-  bool alpha = true, unassociated = false, many_channels = false;
+  bool alpha = true, unassociated = false;
+  enum Channels { kAny, kGreyOrRgb, kRgb, kGrey } channels = kGreyOrRgb;
+  enum Text { kNone, kDescription, kFields } text = kNone;  // what there is to say a colour space in
 };
 
 // The formats that report every failed write through our OutputProxy; what others lose on a full disk, they
 // lose silently.
 const Format* find_format(const std::string& extension) {
   using enum Depth;
-  static const Format exr{"openexr", true, kHalf, {kFloat}, true, false, true};
-  static const Format tiff{"tiff", true, kFloat, {kUint8, kUint16, kHalf}, true, false, true};
-  static const Format png{"png", false, kUint8, {kUint16}, true, true};
-  static const Format jpeg{"jpeg", false, kUint8, {}, false};
-  static const Format hdr{"hdr", true, kFloat, {}, false};
+  static const Format exr{"openexr", true, kHalf, {kFloat}, true, false, Format::kAny, Format::kFields};
+  static const Format tiff{"tiff", true,  kFloat,       {kUint8, kUint16, kHalf},
+                           true,   false, Format::kAny, Format::kDescription};
+  static const Format png{"png", false, kUint8, {kUint16}, true, true, Format::kGreyOrRgb, Format::kFields};
+  static const Format jpeg{"jpeg", false, kUint8, {}, false, false, Format::kGreyOrRgb, Format::kDescription};
+  static const Format hdr{"hdr", true, kFloat, {}, false, false, Format::kRgb};
   static const Format bmp{"bmp", false, kUint8, {}, false};
-  static const Format targa{"targa", false, kUint8, {}, true, true};
-  static const Format pfm{"pnm", true, kFloat, {}, false};
-  static const Format pnm{"pnm", false, kUint8, {kUint16}, false};
+  static const Format targa{"targa", false, kUint8, {}, true, true, Format::kGreyOrRgb, Format::kDescription};
+  static const Format ppm{"pnm", false, kUint8, {kUint16}, false, false, Format::kRgb};
+  static const Format pgm{"pnm", false, kUint8, {kUint16}, false, false, Format::kGrey};
   static const struct {
     const char* extension;
     const Format* format;
-  } kTable[] = {{"exr", &exr},   {"tif", &tiff}, {"tiff", &tiff}, {"png", &png},   {"jpg", &jpeg},
-                {"jpeg", &jpeg}, {"hdr", &hdr},  {"bmp", &bmp},   {"tga", &targa}, {"pfm", &pfm},
-                {"ppm", &pnm},   {"pgm", &pnm},  {"rgbe", &hdr}};
+  } kTable[] = {{"exr", &exr}, {"tif", &tiff}, {"tiff", &tiff}, {"png", &png},   {"jpg", &jpeg}, {"jpeg", &jpeg},
+                {"hdr", &hdr}, {"rgbe", &hdr}, {"bmp", &bmp},   {"tga", &targa}, {"ppm", &ppm},  {"pgm", &pgm}};
   for (const auto& row : kTable)
     if (extension == row.extension) return row.format;
   return nullptr;
@@ -51,10 +54,12 @@ const Format* find_format(const std::string& extension) {
 const Format& require_format(const std::string& path) {
   const std::string extension = lower(std::filesystem::path(path).extension().string());
   const Format* format = extension.empty() ? nullptr : find_format(extension.substr(1));
+  if (extension == ".pfm")  // what it writes by that name are 8-bit integers
+    throw_usage("cannot write '" + path + "': OpenImageIO does not write PFM; exr, tif and hdr hold floats, too");
   if (!format)
     throw_usage("cannot write '" + path + "': " +
                 (extension.empty() ? "it has no extension" : "the extension '" + extension + "' is not known") +
-                "; use one of exr, tif, png, jpg, hdr, pfm, bmp, tga, ppm, pgm");
+                "; use one of exr, tif, png, jpg, hdr, bmp, tga, ppm, pgm");
   return *format;
 }
 
@@ -96,15 +101,72 @@ bool is_integer(Depth depth) { return depth == Depth::kUint8 || depth == Depth::
 void check_channels(const std::string& path, const Format& format, const ImageSpec& spec) {
   const int n = spec.channel_count();
   if (spec.width < 1 || spec.height < 1 || n < 1) fail(path, "the picture is empty");
-  if (format.many_channels) return;
+  if (format.channels == Format::kAny) return;
   const int colour = spec.alpha >= 0 ? n - 1 : n;
   if (spec.alpha >= 0 && !format.alpha)
     fail(path, "this format has no alpha channel, and the picture is " + spec.size_text() +
                    "; choose channels without it, e.g. --channels R,G,B");
-  const bool grey = format.name != "hdr";
-  if (colour != 3 && !(colour == 1 && grey))
-    fail(path, std::string("this format holds ") + (grey ? "grey or RGB" : "RGB") + ", and the picture is " +
-                   spec.size_text() + "; choose channels with --channels");
+  if (format.channels == Format::kGrey && colour == 3)
+    fail(path, "this format holds grey, and the picture is " + spec.size_text() +
+                   "; name it .ppm, or choose one channel with --channels");
+  if (colour != 3 && colour != 1)
+    fail(path, std::string("this format holds ") + (format.channels == Format::kGrey ? "grey" : "grey or RGB") +
+                   ", and the picture is " + spec.size_text() + "; choose channels with --channels");
+}
+
+// The picture as the format holds it: grey three times for those that know RGB only.
+ImageSpec stored_picture(const Format& format, const ImageSpec& from) {
+  ImageSpec spec = from;
+  if (format.channels == Format::kRgb && from.channel_count() == 1) {
+    spec.channels = {"R", "G", "B"};
+    spec.colour_channels = from.colour_channels == 1 ? 3 : 0;
+  }
+  return spec;
+}
+
+// Whether a reader takes the values for what they are when the file says nothing: linear light with the
+// primaries of Rec.709 where it stores floats, sRGB where it stores integers.
+bool is_understood(const ImageSpec& spec, Depth depth) {
+  if (spec.colour_space.empty() || spec.colour_channels == 0) return true;
+  const std::string name = lower(spec.colour_space);
+  if (is_integer(depth)) return name.find("srgb") != std::string::npos && name.find("lin") == std::string::npos;
+  if (name == "linear" || name == "lin_rec709" || name == "lin_srgb") return true;
+  // A configuration of the user's has names of its own.
+  static constexpr float kRec709[8] = {.64f, .33f, .3f, .6f, .15f, .06f, .3127f, .329f};  // ITU-R BT.709
+  if (!spec.chromaticities) return false;
+  for (int i = 0; i < 8; ++i)
+    if (!(std::abs((*spec.chromaticities)[i] - kRec709[i]) < 1e-3f)) return false;
+  return true;
+}
+
+// What a reader would not find out from the format and the pixel aspect.
+image::Carried to_be_said(const ImageSpec& spec, Depth depth, bool keeps_aspect) {
+  image::Carried say;
+  if (!is_understood(spec, depth)) say.colour_space = spec.colour_space;
+  const bool by_aspect = keeps_aspect && spec.cells.y == 1 && spec.cells.x >= 2 && spec.cells.x <= 16 &&
+                         std::abs(spec.pixel_aspect * spec.cells.x - 1) < 1e-4;
+  if (!(spec.cells == Cells{}) && !by_aspect)
+    say.cells = std::to_string(spec.cells.x) + "x" + std::to_string(spec.cells.y);
+  return say;
+}
+
+void warn_of_loss(const std::string& path, const Format& format, Depth depth, const ImageSpec& spec) {
+  if (format.text != Format::kNone) return;
+  const image::Carried lost = to_be_said(spec, depth, false);
+  std::vector<std::string> what, options;
+  if (!lost.colour_space.empty()) {
+    what.push_back("that its colour space is '" + lost.colour_space + "'");
+    options.push_back("--from " + lost.colour_space);
+  }
+  if (!lost.cells.empty()) {
+    what.push_back("that it has " + lost.cells + " cells to a pixel");
+    options.push_back("--cells " + lost.cells);
+  } else if (std::abs(spec.pixel_aspect - 1) > 1e-3) {
+    what.push_back("that its pixel aspect is " + format_double(spec.pixel_aspect));
+  }
+  if (what.empty()) return;
+  warn("'" + path + "': this format cannot say " + join(what, " and ") +
+       (options.empty() ? "" : "; whoever reads the file must say " + join(options, " ")));
 }
 
 // Channel names as the format wants them; OpenImageIO tells R, G, B and A by their plain names.
@@ -151,10 +213,16 @@ OIIO::ImageSpec header(const Format& format, Depth depth, const ImageSpec& from,
   if (format.unassociated && from.alpha >= 0) spec.attribute("oiio:UnassociatedAlpha", 1);
 
   set_pixel_aspect(spec, format.name, from.pixel_aspect);
-  const bool free_text = format.name == "openexr" || format.name == "png";
-  if (free_text && !(from.cells == Cells{}))
-    spec.attribute("triad:cells", std::to_string(from.cells.x) + "x" + std::to_string(from.cells.y));
-  if (free_text && !from.colour_space.empty()) spec.attribute("triad:colour_space", from.colour_space);
+  if (format.text == Format::kFields) {
+    if (!(from.cells == Cells{}))
+      spec.attribute("triad:cells", std::to_string(from.cells.x) + "x" + std::to_string(from.cells.y));
+    if (!from.colour_space.empty()) spec.attribute("triad:colour_space", from.colour_space);
+  }
+  if (format.text == Format::kDescription) {
+    const std::string about =
+        image::with_carried(from.metadata.get("ImageDescription").value_or(""), to_be_said(from, depth, true));
+    if (!about.empty()) spec.attribute("ImageDescription", about);
+  }
   const std::string space = lower(from.colour_space);
   if (space == "srgb" && format.name == "png") spec.attribute("oiio:ColorSpace", "sRGB");
   if ((space == "linear" || space == "lin_rec709") && format.name == "png") {
@@ -212,7 +280,8 @@ class OiioWriter final : public ImageWriter {
   OiioWriter(const std::string& path, const ImageSpec& spec, const WriteOptions& options)
       : format_(require_format(path)),
         depth_(resolve_depth(path, format_, options.depth)),
-        spec_(spec),
+        spec_(stored_picture(format_, spec)),
+        tripled_(spec_.channels.size() != spec.channels.size()),
         file_((check_channels(path, format_, spec), check_compression(path, format_, options.compression), path)),
         proxy_(file_.temporary()) {
     // A file that grows past the user's limit shall be an error of write(), which names the file.
@@ -222,10 +291,11 @@ class OiioWriter final : public ImageWriter {
     output_ = OIIO::ImageOutput::create(format_.name);
     if (!output_) fail(path, "this OpenImageIO cannot write " + format_.name);
     output_->set_ioproxy(&proxy_);
-    if (!output_->open(file_.temporary(), header(format_, depth_, spec, options))) raise(output_->geterror());
-    row_floats_ = static_cast<size_t>(spec.width) * spec.channels.size();
+    if (!output_->open(file_.temporary(), header(format_, depth_, spec_, options))) raise(output_->geterror());
+    row_floats_ = static_cast<size_t>(spec_.width) * spec_.channels.size();
     sample_bytes_ = is_integer(depth_) ? stored_type(depth_).size() : sizeof(float);
     group_.resize(static_cast<size_t>(std::min(kGroupRows, spec.height)) * row_floats_ * sample_bytes_);
+    warn_of_loss(path, format_, depth_, spec_);
   }
 
   ~OiioWriter() override {
@@ -301,6 +371,7 @@ class OiioWriter final : public ImageWriter {
   void encode(const float* row, std::byte* out) {
     const float* values = row;
     if (format_.unassociated && spec_.alpha >= 0) values = unassociate(row);
+    if (tripled_) values = triple(row);
     if (depth_ == Depth::kUint8) {
       auto* codes = reinterpret_cast<uint8_t*>(out);
       for (size_t i = 0; i < row_floats_; ++i) codes[i] = static_cast<uint8_t>(image::quantise(values[i], 255));
@@ -325,6 +396,12 @@ class OiioWriter final : public ImageWriter {
     return scratch_.data();
   }
 
+  const float* triple(const float* row) {
+    scratch_.resize(row_floats_);
+    for (size_t i = 0; i < row_floats_; ++i) scratch_[i] = row[i / 3];
+    return scratch_.data();
+  }
+
   void clamp_to_half(float* values) const {
     constexpr float kMost = 65504;  // the largest finite half, IEEE 754 binary16
     bool clamped = false;
@@ -341,7 +418,8 @@ class OiioWriter final : public ImageWriter {
 
   const Format& format_;
   Depth depth_;
-  ImageSpec spec_;
+  ImageSpec spec_;  // as it is stored
+  bool tripled_;    // the pixels given are grey, those stored RGB
   AtomicFile file_;
   image::OutputProxy proxy_;
   std::unique_ptr<OIIO::ImageOutput> output_;

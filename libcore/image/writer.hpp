@@ -26,7 +26,9 @@ bool is_display_encoded_format(const std::string& path, Depth depth);
 //
 // Values are written as they are, clamped to the stored range where it is an integer one (not-a-number
 // becomes 0) and rounded half up. Alpha is un-associated for the formats that store it so. Metadata,
-// colour space, pixel aspect and "triad:cells" go into the header where the format has room.
+// colour space, pixel aspect and "triad:cells" go into the header (EXR, PNG) or the description text (TIFF, JPEG,
+// TGA, and only what a reader would not take for granted); formats that can say neither (HDR, BMP, PPM, PGM) are
+// a warning that names what a reader must be told. Grey becomes RGB in HDR and PPM, which know nothing else.
 // The file appears under its name at commit(); without it, nothing is left behind.
 class ImageWriter {
  public:

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <clocale>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <memory>
+#include <thread>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
 #include <triad/base/text.hpp>
@@ -99,4 +103,116 @@ TEST_F(Files, RefuseWhatCannotBeWritten) {
   EXPECT_THROW(triad::AtomicFile(folder_.string()), triad::Error);
   EXPECT_THROW(triad::AtomicFile(""), triad::Error);
   EXPECT_THROW(triad::read_text_file(folder_ / "none"), triad::Error);
+}
+
+namespace {
+
+std::string error_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const triad::Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+int mode_of(const fs::path& path) {
+  struct stat info {};
+  EXPECT_EQ(lstat(path.c_str(), &info), 0);
+  return static_cast<int>(info.st_mode & 07777);
+}
+
+}  // namespace
+
+TEST_F(Files, LinksAndPermissionsStay) {
+  fs::create_directories(folder_ / "far");
+  const fs::path target = folder_ / "far" / "b.txt";
+  std::ofstream(target) << "old";
+  ASSERT_EQ(chmod(target.c_str(), 0640), 0);
+  fs::create_symlink("far/b.txt", folder_ / "a.txt");
+  fs::create_symlink("a.txt", folder_ / "link to link.txt");
+  triad::write_text_file(folder_ / "link to link.txt", "new");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link to link.txt"));
+  EXPECT_TRUE(fs::is_symlink(folder_ / "a.txt"));
+  EXPECT_FALSE(fs::is_symlink(target));
+  EXPECT_EQ(triad::read_text_file(target), "new");
+  EXPECT_EQ(mode_of(target), 0640);
+
+  // Not even root's own temporary file is more open than what it replaces.
+  ASSERT_EQ(chmod(target.c_str(), 0400), 0);
+  {
+    triad::AtomicFile file(folder_ / "a.txt");
+    EXPECT_EQ(fs::path(file.temporary()).parent_path(), fs::canonical(folder_ / "far"));
+    EXPECT_EQ(mode_of(file.temporary()), 0600);
+    file.commit();
+  }
+  EXPECT_EQ(mode_of(target), 0400);
+
+  fs::create_symlink("far/none.txt", folder_ / "dangling.txt");
+  triad::write_text_file(folder_ / "dangling.txt", "made");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "dangling.txt"));
+  EXPECT_EQ(triad::read_text_file(folder_ / "far" / "none.txt"), "made");
+  fs::create_symlink("round.txt", folder_ / "round.txt");
+  EXPECT_THAT(error_of([&] { triad::AtomicFile(folder_ / "round.txt"); }), testing::HasSubstr("symbolic links"));
+}
+
+TEST_F(Files, StreamsAreWrittenToAndNotReplaced) {
+  const std::string pipe = folder_ / "pipe.json";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  fs::create_symlink("pipe.json", folder_ / "link.json");
+  for (const std::string& path : {pipe, (folder_ / "link.json").string()}) {
+    ASSERT_THAT(error_of([&] { triad::AtomicFile{path}; }), testing::HasSubstr("must be a regular file"));
+    std::string text;
+    std::thread reader([&] { text = triad::read_text_file(pipe); });
+    triad::check_text_file(path);
+    triad::write_text_file(path, "through");
+    reader.join();
+    EXPECT_EQ(text, "through");
+    EXPECT_TRUE(fs::is_fifo(pipe));
+  }
+  // Only through links of ours, and after the refusal above: nothing here may rename over a device.
+  fs::create_symlink("/dev/null", folder_ / "null.json");
+  fs::create_symlink("/dev/full", folder_ / "full.json");
+  triad::write_text_file(folder_ / "null.json", "away");
+  EXPECT_THAT(error_of([&] { triad::write_text_file(folder_ / "full.json", "text"); }),
+              testing::AllOf(testing::HasSubstr("full.json"), testing::HasSubstr("No space left")));
+  EXPECT_TRUE(fs::is_symlink(folder_ / "null.json"));
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+  EXPECT_EQ(entries(), 4u);
+}
+
+TEST_F(Files, AnOpenFileByItsDescriptorIsAppendedTo) {
+  // What /dev/stdout is when the shell sent it to a file: replacing that file would lose what was printed.
+  const std::string path = folder_ / "out.txt";
+  std::ofstream held(path);
+  held << "first " << std::flush;
+  std::string through;
+  for (const auto& entry : fs::directory_iterator("/proc/self/fd")) {
+    std::error_code error;
+    if (fs::read_symlink(entry.path(), error) == fs::canonical(path)) through = entry.path();
+  }
+  ASSERT_NE(through, "");
+  triad::check_text_file(through);
+  triad::write_text_file(through, "second");
+  EXPECT_EQ(triad::read_text_file(path), "first second");
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(Files, TheLongestNamesCanBeWritten) {
+  for (const std::string& name : {std::string(251, 'n') + ".txt", "a." + std::string(253, 'e')}) {
+    triad::write_text_file(folder_ / name, "whole");
+    EXPECT_EQ(triad::read_text_file(folder_ / name), "whole");
+  }
+}
+
+TEST_F(Files, AHandlerFindsEveryTemporaryName) {
+  std::vector<std::unique_ptr<triad::AtomicFile>> files;
+  for (int i = 0; i < 200; ++i)
+    files.push_back(std::make_unique<triad::AtomicFile>(folder_ / (std::to_string(i) + ".txt")));
+  files[100]->commit();
+  files.erase(files.begin() + 100);
+  EXPECT_EQ(entries(), 200u);
+  triad::unlink_temporaries();
+  EXPECT_EQ(entries(), 1u);
 }

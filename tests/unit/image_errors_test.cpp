@@ -263,3 +263,47 @@ TEST(ImageErrors, DamageIsFoundWhereItIs) {
   EXPECT_TRUE(std::equal(rows.begin(), rows.end(), values.begin()));
   for (int i = 0; i < 2; ++i) EXPECT_THROW(reader->read_rows(48, 64, rows.data(), 64 * 3), triad::Error);
 }
+
+namespace {
+
+// 4x4 pixels of zeros, uncompressed: `photometric` as TIFF 6.0 numbers it, `format` 1 for integers, 3 for floats.
+std::string tiff_of(uint16_t photometric, uint16_t samples, uint16_t bits, uint16_t format) {
+  const auto little16 = [](uint16_t v) { return little32(v).substr(0, 2); };
+  const uint32_t lists = 8 + 2 + 11 * 12 + 4, data = lists + 4u * samples, length = 16u * samples * bits / 8;
+  const uint32_t fields[][3] = {{256, 1, 4},
+                                {257, 1, 4},
+                                {258, samples, lists},
+                                {259, 1, 1},
+                                {262, 1, photometric},
+                                {273, 1, data},
+                                {277, 1, samples},
+                                {278, 1, 4},
+                                {279, 1, length},
+                                {284, 1, 1},
+                                {339, samples, lists + 2u * samples}};
+  std::string file = "II*\0"s + little32(8) + little16(11);
+  for (const auto& [tag, count, value] : fields)
+    file += little16(static_cast<uint16_t>(tag)) + (tag == 273 || tag == 279 ? "\4\0"s : "\3\0"s) + little32(count) +
+            little32(value);
+  file += little32(0);
+  for (int i = 0; i < samples; ++i) file += little16(bits);
+  for (int i = 0; i < samples; ++i) file += little16(format);
+  return file + std::string(length, '\0');
+}
+
+}  // namespace
+
+TEST(ImageErrors, AColourModelThatIsNotReadIsNoCorruptFile) {
+  const Folder folder;
+  constexpr uint16_t kRgb = 2, kCmyk = 5, kYcc = 6, kLab = 8, kIntegers = 1, kFloats = 3;
+  put_bytes(folder / "rgb.tif", tiff_of(kRgb, 3, 32, kFloats));
+  EXPECT_EQ(error_of(folder / "rgb.tif"), "");
+  put_bytes(folder / "cmyk8.tif", tiff_of(kCmyk, 4, 8, kIntegers));
+  EXPECT_EQ(error_of(folder / "cmyk8.tif"), "");
+  for (const auto& [photometric, samples] : {std::pair{kCmyk, 4}, {kYcc, 3}, {kLab, 3}}) {
+    put_bytes(folder / "a.tif", tiff_of(photometric, static_cast<uint16_t>(samples), 32, kFloats));
+    const std::string error = error_of(folder / "a.tif");
+    EXPECT_THAT(error, AllOf(HasSubstr("colour model is not supported"), HasSubstr("convert it to RGB")));
+    EXPECT_THAT(error, testing::Not(HasSubstr("corrupt")));
+  }
+}

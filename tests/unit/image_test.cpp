@@ -450,3 +450,65 @@ TEST(Image, UnassociatedAlphaMultipliesColourEvenWhenItIsNotAskedFor) {
     EXPECT_THAT(triad::read_image(folder / name, green).pixels, ElementsAre(40000.f / 65535 * a));
   }
 }
+
+TEST(Image, ReorderedColourIsASwap) {
+  const Folder folder;
+  OIIO::ImageSpec spec(1, 1, 5, TypeDesc::FLOAT);
+  spec.channelnames = {"R", "G", "B", "A", "Z"};
+  const float pixel[5] = {.25f, .5f, .75f, 1.f, 9.f};
+  save(folder / "a.exr", spec, TypeDesc::FLOAT, pixel);
+  ReadOptions options;
+  options.channels = {"R", "B", "G", "A"};
+  const auto image = triad::read_image(folder / "a.exr", options);
+  EXPECT_THAT(image.spec.channels, ElementsAre("R", "G", "B", "A"));
+  EXPECT_THAT(image.pixels, ElementsAre(.25f, .75f, .5f, 1.f));
+  EXPECT_EQ(image.spec.colour_channels, 3);
+  EXPECT_EQ(image.spec.alpha, 3);
+  EXPECT_EQ(image.spec.colour_space, "Linear");
+  options.channels = {"B", "G", "R"};
+  EXPECT_THAT(triad::read_image(folder / "a.exr", options).pixels, ElementsAre(.75f, .5f, .25f));
+
+  // Where they are not first, they are data, and that is said.
+  options.channels = {"Z", "R", "G", "B"};
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(ImageReader::open(folder / "a.exr", options)->spec().colour_channels, 0);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("must come first"));
+  options.channels = {"B", "R"};
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(ImageReader::open(folder / "a.exr", options)->spec().colour_channels, 0);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(Image, DecodersThatHoldThePictureSaySo) {
+  const Folder folder;
+  const auto bytes_held = [&](const std::string& name, int channels, TypeDesc type, bool progressive = false) {
+    OIIO::ImageSpec spec(33, 17, channels, type);
+    spec.attribute("jpeg:subsampling", "4:4:4");
+    if (progressive) spec.attribute("jpeg:progressive", 1);
+    const auto values = noise<float>(33 * 17 * 4, 1.f);
+    save(folder / name, spec, TypeDesc::FLOAT, values.data());
+    return ImageReader::open(folder / name)->decoder_bytes();
+  };
+  for (const char* name : {"a.exr", "a.tif", "a.hdr"}) EXPECT_EQ(bytes_held(name, 3, TypeDesc::FLOAT), 0u) << name;
+  EXPECT_EQ(bytes_held("a.png", 4, TypeDesc::UINT16), 0u);
+  EXPECT_EQ(bytes_held("a.jpg", 3, TypeDesc::UINT8), 0u);
+  EXPECT_EQ(bytes_held("p.jpg", 3, TypeDesc::UINT8, true), 40u * 24 * 3 * 2);
+  EXPECT_EQ(bytes_held("g.jpg", 1, TypeDesc::UINT8, true), 40u * 24 * 2);
+  EXPECT_EQ(bytes_held("a.ppm", 3, TypeDesc::UINT8), 33u * 17 * 3);
+
+  // The same PNG with the interlace method set: its pixels are then nonsense, its header is not.
+  std::string png = bytes_of(folder / "a.png");
+  std::string header = png.substr(16, 13);
+  header[12] = 1;
+  put_bytes(folder / "i.png", png.substr(0, 8) + png_chunk("IHDR", header) + png.substr(33));
+  EXPECT_EQ(ImageReader::open(folder / "i.png")->decoder_bytes(), 33u * 17 * 4 * 2);
+
+  // A sequential JPEG whose components come one after the other.
+  std::string jpeg = bytes_of(folder / "a.jpg");
+  const size_t scan = jpeg.find("\xff\xda");
+  ASSERT_NE(scan, std::string::npos);
+  ASSERT_EQ(jpeg[scan + 4], 3);
+  jpeg.replace(scan, 14, std::string("\xff\xda\0\x08\1\1\0\0\x3f\0", 10));
+  put_bytes(folder / "s.jpg", jpeg);
+  EXPECT_EQ(ImageReader::open(folder / "s.jpg")->decoder_bytes(), 40u * 24 * 3 * 2);
+}

@@ -165,7 +165,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, ImageWriterCuts,
 TEST(ImageWriter, NoClockInTheFile) {
   const Folder folder;
   const Image image = picture(9, 5);
-  const std::vector<std::string> extensions{"exr", "tif", "png", "jpg", "hdr", "tga", "bmp", "ppm", "pfm"};
+  const std::vector<std::string> extensions{"exr", "tif", "png", "jpg", "hdr", "tga", "bmp", "ppm"};
   for (const auto& extension : extensions) triad::write_image(folder / ("early." + extension), image);
   std::this_thread::sleep_for(std::chrono::milliseconds(1010));  // header times count seconds
   for (const auto& extension : extensions) {
@@ -310,6 +310,8 @@ TEST(ImageWriter, RefusesWhatAFormatCannotHold) {
   EXPECT_THAT(refuse("a", rgb), HasSubstr("no extension"));
   EXPECT_THAT(refuse("a.exr", rgb, options_of(Depth::kDefault, "pizz")), HasSubstr("did you mean 'piz'?"));
   EXPECT_THAT(refuse("a.jpg", rgb, options_of(Depth::kDefault, "jpeg:200")), HasSubstr("compression"));
+  EXPECT_THAT(refuse("a.pfm", rgb), HasSubstr("exr, tif and hdr"));
+  EXPECT_THAT(refuse("a.pgm", rgb), AllOf(HasSubstr("holds grey"), HasSubstr(".ppm")));
   EXPECT_THAT(error_of([&] { triad::write_image(folder / "none/a.exr", rgb); }), HasSubstr("folder"));
   EXPECT_THAT(error_of([&] { triad::parse_depth("12"); }), HasSubstr("8, 16, half, float"));
   EXPECT_EQ(triad::parse_depth("half"), Depth::kHalf);
@@ -359,4 +361,92 @@ TEST(ImageWriter, AReadOnlyFolderIsOneClearError) {
   EXPECT_THAT(message, AllOf(HasSubstr("Permission denied"), HasSubstr("a.png")));
   chmod(folder.path().c_str(), 0755);
   EXPECT_EQ(folder.file_count(), 0u);
+}
+
+namespace {
+
+// What writing says on stderr.
+std::string warnings_of(const std::string& path, const Image& image, Depth depth = Depth::kDefault) {
+  testing::internal::CaptureStderr();
+  triad::write_image(path, image, options_of(depth));
+  return testing::internal::GetCapturedStderr();
+}
+
+}  // namespace
+
+TEST(ImageWriter, ColourSpaceAndCellsSurviveOrAreMissedAloud) {
+  const Folder folder;
+  Image image = picture(6, 4);
+  const struct {
+    const char* name;
+    Depth depth;
+    std::string default_space;
+    bool keeps;
+  } files[] = {{"a.exr", Depth::kDefault, "Linear", true},  {"a.png", Depth::kUint8, "sRGB", true},
+               {"b.png", Depth::kUint16, "sRGB", true},     {"a.tif", Depth::kFloat, "Linear", true},
+               {"b.tif", Depth::kUint16, "sRGB", true},     {"c.tif", Depth::kUint8, "sRGB", true},
+               {"a.jpg", Depth::kDefault, "sRGB", true},    {"a.tga", Depth::kDefault, "sRGB", true},
+               {"a.hdr", Depth::kDefault, "Linear", false}, {"a.bmp", Depth::kDefault, "sRGB", false},
+               {"a.ppm", Depth::kUint16, "sRGB", false}};
+  for (const auto& [name, depth, default_space, keeps] : files) {
+    for (const std::string space : {"acescg", "display_p3", "lin_rec709", "srgb", "Utility - Linear - P3"}) {
+      for (const triad::Cells cells : {triad::Cells{1, 1}, triad::Cells{3, 1}, triad::Cells{3, 2}}) {
+        image.spec.colour_space = space;
+        image.spec.cells = cells;
+        image.spec.pixel_aspect = static_cast<double>(cells.y) / cells.x;
+        image.spec.metadata.set("ImageDescription", "strokes on black");
+        const std::string path = folder / (std::to_string(cells.x * cells.y) + space.substr(0, 8) + name);
+        const std::string said = warnings_of(path, image, depth);
+        const auto read = triad::read_image(path).spec;
+        const bool usual = space == (default_space == "sRGB" ? "srgb" : "lin_rec709");
+        EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), keeps || (usual && cells.x == 1) ? 0 : 1) << path;
+        if (keeps) {
+          EXPECT_EQ(read.cells, cells) << path;
+          EXPECT_EQ(read.metadata.get("ImageDescription"), "strokes on black") << path;
+        } else if (cells.x != 1) {
+          EXPECT_THAT(said, AllOf(HasSubstr(path), HasSubstr("--cells 3x" + std::to_string(cells.y))));
+        }
+        if (keeps && !usual) {
+          EXPECT_EQ(read.colour_space, space) << path;
+        }
+        if (!keeps && !usual) {
+          EXPECT_THAT(said, AllOf(HasSubstr(path), HasSubstr("--from " + space)));
+        }
+        if (usual) {
+          EXPECT_THAT(read.colour_space, testing::AnyOf(default_space, space)) << path;
+        }
+        // Again and again through the same format: nothing piles up.
+        if (!keeps) continue;
+        const Image again = triad::read_image(path);
+        triad::write_image(path, again, options_of(depth));
+        EXPECT_EQ(triad::read_image(path).spec.metadata.entries(), again.spec.metadata.entries()) << path;
+        EXPECT_EQ(triad::read_image(path).spec.colour_space, again.spec.colour_space) << path;
+      }
+    }
+  }
+  // A user's own name for the usual space, told by its primaries.
+  image = picture(6, 4);
+  image.spec.colour_space = "scene";
+  image.spec.chromaticities = {.64f, .33f, .3f, .6f, .15f, .06f, .3127f, .329f};
+  EXPECT_EQ(warnings_of(folder / "own.hdr", image), "");
+  image.spec.chromaticities->front() = .68f;
+  EXPECT_THAT(warnings_of(folder / "other.hdr", image), HasSubstr("--from scene"));
+}
+
+TEST(ImageWriter, GreyIsWrittenThreeTimesWhereOnlyRgbIs) {
+  const Folder folder;
+  Image image = picture(3, 2, {"Y"});
+  image.pixels = {0, .25f, .5f, 1, 2, .125f};  // exact in Radiance's 8-bit mantissas
+  triad::write_image(folder / "a.hdr", image);
+  Image read = triad::read_image(folder / "a.hdr");
+  EXPECT_EQ(read.spec.size_text(), "3x2 RGB");
+  for (size_t i = 0; i < 18; ++i) EXPECT_EQ(read.pixels[i], image.pixels[i / 3]);
+  triad::write_image(folder / "a.ppm", image);
+  EXPECT_THAT(bytes_of(folder / "a.ppm"), testing::StartsWith("P6"));
+  triad::write_image(folder / "a.pgm", image);
+  EXPECT_THAT(bytes_of(folder / "a.pgm"), testing::StartsWith("P5"));
+  read = triad::read_image(folder / "a.ppm");
+  ASSERT_EQ(read.spec.channels.size(), 3u);
+  EXPECT_EQ(read.pixels[3], 64.f / 255);
+  EXPECT_EQ(read.pixels[5], 64.f / 255);
 }

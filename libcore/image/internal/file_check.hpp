@@ -16,6 +16,10 @@ std::string recognise_format(const std::string& path);
 // what a header claims; after this check that is bounded by the length of the file. Other formats pass.
 void check_header(const std::string& path, const std::string& format);
 
+// Whether a PNG is interlaced or a JPEG stored in several scans, so that no row is known before the last byte.
+// Only for files that passed check_header(); false for other formats.
+bool is_interleaved(const std::string& path, const std::string& format);
+
 // Throws Error(kInput) unless a file of `file_bytes` can hold a picture that is `raw_bytes` long uncompressed,
 // at most `ratio` to one.
 void check_length(const std::string& path, uint64_t file_bytes, double raw_bytes, double ratio);

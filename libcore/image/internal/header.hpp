@@ -12,6 +12,7 @@ namespace triad::image {
 // The channels a picture is made of: indices into the file's, colour first, as ImageReader documents them.
 struct ChannelChoice {
   std::vector<int> file_indices;
+  std::vector<std::string> names;       // of the picture's channels; the file's, but see ImageReader on R, G, B
   int alpha = -1, colour_channels = 0;  // as in ImageSpec
 };
 
