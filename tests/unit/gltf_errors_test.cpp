@@ -62,15 +62,16 @@ TEST(GltfErrors, EveryTruncationOfTheBinaryIsAnError) {
 TEST(GltfErrors, EveryChangedByteIsASceneOrAnError) {
   const std::string text = triangle().text(), binary = triangle().glb();
   for (const std::string& whole : {text, binary})
-    for (size_t i = 0; i < whole.size(); ++i)
-      for (const char c : {'\0', '9', '\xff'}) {
-        std::string bytes = whole;
-        bytes[i] = c;
-        Scene scene;
-        if (error_of_bytes(bytes, &scene).empty()) {
-          EXPECT_GT(scene.triangle_count(), 0u);
-        }
+    for (size_t i = 0; i < whole.size(); ++i) {
+      std::string bytes = whole;
+      bytes[i] =
+          "\0"
+          "9\xff"[i % 3];
+      Scene scene;
+      if (error_of_bytes(bytes, &scene).empty()) {
+        EXPECT_GT(scene.triangle_count(), 0u);
       }
+    }
 }
 
 TEST(GltfErrors, NotASceneAtAll) {
