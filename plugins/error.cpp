@@ -27,8 +27,9 @@ struct Sum {
 
 struct ErrorMetric {
   static constexpr tp::Info info{
-      "error", "1.0", "Bias, mean absolute and squared error, largest error and PSNR in linear light",
-      "The difference test - reference of the three colour channels in linear light, averaged over all pixels (with "
+      "error", "1.0", "Bias, mean absolute and squared error, largest error and PSNR",
+      "The difference test - reference, in linear light or in the space that compare --to names, of the three colour "
+      "channels, averaged over all pixels (with "
       "a mask: by its weights) and channels. max is the largest absolute difference where the weight is not 0; "
       "max-x, max-y and max-channel (0 red, 1 green, 2 blue) report where it is first met. psnr is "
       "10 log10(peak^2 / mse). The map is the absolute difference of each channel."};

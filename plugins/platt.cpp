@@ -201,7 +201,8 @@ struct Platt {
     display_parameters::in_library([&] { design(call, observer, call.out.width); });
     call.plan.threads = TRIAD_REENTRANT;
     call.plan.edge = edge == triad::Edge::kMirror ? TRIAD_EDGE_MIRROR : TRIAD_EDGE_WRAP;
-    call.plan.nonfinite = engine_->whole_rows() ? TRIAD_NONFINITE_ZERO : TRIAD_NONFINITE_KEEP;
+    // With either engine: one such value would spoil a row, or as many pixels as the kernel is long.
+    call.plan.nonfinite = TRIAD_NONFINITE_ZERO;
   }
 
   void need(int, triad_rect out, tp::Needs& needs) const {

@@ -33,13 +33,13 @@ die() {
 # timed COMMAND...: runs it; elapsed_s is the time it took.
 timed() {
   local start=$EPOCHREALTIME
-  "$@"
+  "$@" || return
   elapsed_s=$(jq -n "$EPOCHREALTIME - $start")
 }
 
 # render NAME WIDTH HEIGHT: linear half EXR, one ray through the middle of each pixel.
 render() {
-  timed povray "+I$top/data/scenes/strokes.pov" -D -V -J -A "+WT$(nproc)" "+W$2" "+H$3" +FE \
+  timed povray +Istrokes.pov -D -V -J -A "+WT$(nproc)" "+W$2" "+H$3" +FE \
     "+O$1.exr" >povray.log 2>&1 || {
     cat povray.log >&2
     die "POV-Ray could not render strokes.pov at $2x$3"
@@ -71,6 +71,8 @@ times() {
 
 mkdir -p -- "$out"
 cd -- "$out"
+# POV-Ray reads blanks in a path as the end of it.
+cp -- "$top"/data/scenes/{strokes,comparison}.pov .
 
 printf 'Rendering strokes.pov with POV-Ray: 400x225, 1200x225, 4800x2700\n'
 render control 400 225
@@ -105,11 +107,11 @@ done
 "$triad" compare "${pictures[@]}" --ref truth-pixels.exr -m error@plain --json truth-pixels.json >/dev/null
 read_report truth-pixels
 
-povray "+I$top/data/scenes/comparison.pov" -D -V -A -J +W1824 +H1096 +FN8 +Ocomparison.png >povray.log 2>&1 || {
+povray +Icomparison.pov -D -V -A -J +W1824 +H1096 +FN8 +Ocomparison.png >povray.log 2>&1 || {
   cat povray.log >&2
   die 'POV-Ray could not lay out comparison.png'
 }
-rm -f povray.log run.json
+rm -f povray.log run.json strokes.pov comparison.pov
 
 printf '\n%-31s %13s | %19s | %19s | %9s\n' '' 'seconds' 'against the wide' 'against the truth' 'RMSE, to'
 printf '%-31s %6s %6s | %9s %9s | %9s %9s | %9s\n' 'error seen at 40 ppd' render filter shown unbounded shown \

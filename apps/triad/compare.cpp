@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // triad compare TEST... --ref REF -m METRIC...
+#include <algorithm>
 #include <triad/base/error.hpp>
 
 #include "options.hpp"
@@ -47,27 +48,34 @@ void compare(const CompareOptions& options) {
       pairs.push_back({frame_path(test, frame), frame_path(reference, frame)});
   }
 
+  std::vector<std::string> paths = options.tests;
+  paths.insert(paths.end(), {reference, options.metric.mask});
+  options.metric.check_outputs(paths);
+  MapPaths maps(options.metric.map, pairs.size() > 1 || metrics.size() > 1);
+  maps.make_folder();
+
   PluginHost host(options.host.plugin_path);
   const ColourConfig colours = ColourConfig::load(options.host.ocio);
   const std::vector<Threshold> thresholds = options.metric.thresholds();
   check_threshold_names(thresholds, metrics, host);
 
+  ReadOptions read_reference = options.picture.read_reference();
+  if (read_reference.channels.empty()) read_reference.channels = options.picture.read().channels;
   std::vector<MetricResult> results;
   Progress progress("compare");
   for (size_t i = 0; i < pairs.size(); ++i) {
     RunRequest one = request;
     one.input = {pairs[i].test, options.picture.read()};
     for (const ChainItem& metric : metrics)
-      one.metrics.push_back(
-          {metric,
-           {pairs[i].reference, options.picture.read_reference()},
-           map_path(options.metric.map, pairs[i].test, metric.label, pairs.size() > 1 || metrics.size() > 1)});
-    RunResult result = Run(one, host, colours).execute([&](double done) {
-      progress.update((static_cast<double>(i) + done) / static_cast<double>(pairs.size()));
-    });
+      one.metrics.push_back({metric, {pairs[i].reference, read_reference}, maps.next(pairs[i].test, metric.label)});
+    RunResult result;
+    const auto progress_to = [&](double share) {
+      progress.update((static_cast<double>(i) + share) / static_cast<double>(pairs.size()));
+    };
+    if (!attempt(pairs.size() > 1, [&] { result = Run(one, host, colours).execute(progress_to); })) continue;
     results.insert(results.end(), result.metrics.begin(), result.metrics.end());
   }
-  g_exit_status = report(options.metric, thresholds, results, {});
+  g_exit_status = std::max(g_exit_status, report(options.metric, thresholds, results, {}));
 }
 
 }  // namespace
@@ -78,7 +86,7 @@ void setup_compare(CLI::App& app) {
   verb->add_option("tests", options->tests, "Pictures, or sequences like out.####.png")
       ->required()
       ->type_name("TEST");
-  options->metric.add(*verb);
+  options->metric.add(*verb, "The picture to compare with; a sequence for sequences");
   verb->add_option("--nan", options->nan,
                    "NaN and infinite values: fail the comparison, ignore the pixels, or take them for zero")
       ->type_name("POLICY")

@@ -86,8 +86,12 @@ int run_main(int argc, char** argv) {
 int main(int argc, char** argv) {
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);
+  std::signal(SIGHUP, on_interrupt);
   try {
-    return run_main(argc, argv);
+    const int status = run_main(argc, argv);
+    std::cout.flush();
+    if (!std::cout) return fail("cannot write to standard output", 2);
+    return status;
   } catch (const triad::Error& error) {
     return fail(error.what(), error.exit_status());
   } catch (const std::bad_alloc&) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "options.hpp"
 
+#include "verbs.hpp"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -24,6 +26,15 @@ constexpr double kInterval_s = .1;    // between two drawings
 constexpr int kMostThreads = 1024;
 }  // namespace
 
+namespace {
+// An empty text is a variable of a script that was never set, not a wish for the default.
+const CLI::Validator kNotEmpty(
+    [](std::string& text) { return text.empty() ? std::string("the value is empty") : std::string(); }, "",
+    "not empty");
+}  // namespace
+
+const CLI::Validator& not_empty() { return kNotEmpty; }
+
 void HostOptions::add_plugin_path(CLI::App& verb) {
   verb.add_option("--plugin-path", plugin_path, "A folder or file to look for plugins in first; may be repeated")
       ->type_name("PATH")
@@ -37,29 +48,46 @@ void HostOptions::add_ocio(CLI::App& verb) {
 
 void PictureOptions::add(CLI::App& verb, const std::string& to_doc) {
   verb.add_option("--cells", cells, "Fine cells per display pixel of the input, e.g. 3x1 for a wide render")
-      ->type_name("XxY");
-  verb.add_option("--ref-cells", ref_cells, "The same for the reference")->type_name("XxY");
-  verb.add_option("--from", from, "Colour space of the input (default: what the file says)")->type_name("SPACE");
-  verb.add_option("--ref-from", ref_from, "Colour space of the reference")->type_name("SPACE");
-  verb.add_option("--to", to, to_doc)->type_name("SPACE");
-  verb.add_option("--part", part, "Part of a multi-part file, by name or number from 0")->type_name("PART");
-  verb.add_option("--channels", channels, "Channels to read, as in R,G,B or a layer's name; see triad info")
-      ->type_name("A,B,...");
+      ->type_name("XxY")
+      ->check(not_empty());
+  const auto add_text = [&](const char* name, std::string& value, const std::string& doc, const char* type) {
+    verb.add_option(name, value, doc)->type_name(type)->check(not_empty());
+  };
+  add_text("--ref-cells", ref_cells, "The same for the reference", "XxY");
+  add_text("--from", from, "Colour space of the input (default: what the file says)", "SPACE");
+  add_text("--ref-from", ref_from, "Colour space of the reference", "SPACE");
+  add_text("--to", to, to_doc, "SPACE");
+  add_text("--part", part, "Part of a multi-part file, by name or number from 0", "PART");
+  add_text("--ref-part", ref_part, "Part of the reference", "PART");
+  add_text("--channels", channels, "Channels to read, as in R,G,B or a layer's name; see triad info", "A,B,...");
+  add_text("--ref-channels", ref_channels, "Channels of the reference (compare: as --channels by default)",
+           "A,B,...");
   verb.add_option("--threads", threads, "Threads (default: all cores)")
       ->type_name("N")
       ->check(CLI::Range(1, kMostThreads));
   verb.add_option("--strip-rows", strip_rows, "Rows worked on together (default: by size); never changes the result")
       ->type_name("N")
       ->check(CLI::Range(1, 1 << 30));
-  verb.add_option("--max-memory", max_memory, "Memory to stay within, e.g. 400M (default: half of the machine's)")
-      ->type_name("BYTES");
+  add_text("--max-memory", max_memory, "Memory to stay within, e.g. 400M (default: half of the machine's)", "BYTES");
 }
+
+bool PictureOptions::names_reference() const {
+  return !ref_cells.empty() || !ref_from.empty() || !ref_part.empty() || !ref_channels.empty();
+}
+
+namespace {
+std::vector<std::string> channel_names(const std::string& text) {
+  if (text.empty()) return {};
+  std::vector<std::string> names = split_quoted(text, ',');
+  for (std::string& name : names) name = unquote(name);
+  return names;
+}
+}  // namespace
 
 ReadOptions PictureOptions::read() const {
   ReadOptions options;
   options.part = part;
-  if (!channels.empty()) options.channels = split_quoted(channels, ',');
-  for (std::string& name : options.channels) name = unquote(name);
+  options.channels = channel_names(channels);
   options.colour_space = from;
   if (!cells.empty()) options.cells = parse_cells(cells, "--cells");
   return options;
@@ -67,6 +95,8 @@ ReadOptions PictureOptions::read() const {
 
 ReadOptions PictureOptions::read_reference() const {
   ReadOptions options;
+  options.part = ref_part;
+  options.channels = channel_names(ref_channels);
   options.colour_space = ref_from;
   if (!ref_cells.empty()) options.cells = parse_cells(ref_cells, "--ref-cells");
   return options;
@@ -83,25 +113,24 @@ void PictureOptions::apply(RunRequest& request) const {
   if (threads > 0) set_thread_limit(threads);
 }
 
-void MetricOptions::add(CLI::App& verb) {
-  verb.add_option("-m,--metric", metrics, "A metric: name, name:key=value,... or either with @label; may be repeated")
-      ->type_name("METRIC")
-      ->allow_extra_args(false);
-  verb.add_option("--ref,--reference", references,
-                  "The picture to compare with; one for all metrics, or one for each")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
-  verb.add_option("--map", map, "Write the error map; a folder (ending in /) for several")->type_name("FILE");
-  verb.add_option("--json", json, "Write the results as JSON; - for standard output")->type_name("FILE");
-  verb.add_option("--csv", csv, "Write the scores as CSV; - for standard output")->type_name("FILE");
-  verb.add_option("--fail-above", fail_above, "Exit with 1 if a score is above a value: LABEL.SCORE=VALUE")
-      ->type_name("L.S=V")
-      ->allow_extra_args(false);
-  verb.add_option("--fail-below", fail_below, "Exit with 1 if a score is below a value")
-      ->type_name("L.S=V")
-      ->allow_extra_args(false);
-  verb.add_option("--crop", crop, "Pool scores inside this part of the test picture only")->type_name("X,Y,W,H");
-  verb.add_option("--mask", mask, "Pool scores weighted by this picture's first channel")->type_name("FILE");
+void MetricOptions::add(CLI::App& verb, const std::string& reference_doc) {
+  const auto add_list = [&](const char* name, std::vector<std::string>& values, const std::string& doc,
+                            const char* type) {
+    verb.add_option(name, values, doc)->type_name(type)->allow_extra_args(false)->check(not_empty());
+  };
+  const auto add_text = [&](const char* name, std::string& value, const std::string& doc, const char* type) {
+    verb.add_option(name, value, doc)->type_name(type)->check(not_empty());
+  };
+  add_list("-m,--metric", metrics, "A metric: name, name:key=value,... or either with @label; may be repeated",
+           "METRIC");
+  add_list("--ref,--reference", references, reference_doc, "FILE");
+  add_text("--map", map, "Write the error map; a folder (ending in /) for several", "FILE");
+  add_text("--json", json, "Write the results as JSON; - for standard output", "FILE");
+  add_text("--csv", csv, "Write the scores as CSV; - for standard output", "FILE");
+  add_list("--fail-above", fail_above, "Exit with 1 if a score is above a value: LABEL.SCORE=VALUE", "L.S=V");
+  add_list("--fail-below", fail_below, "Exit with 1 if a score is below a value", "L.S=V");
+  add_text("--crop", crop, "Pool scores inside this part of the test picture only", "X,Y,W,H");
+  add_text("--mask", mask, "Pool scores weighted by this picture's first channel", "FILE");
 }
 
 std::vector<Threshold> MetricOptions::thresholds() const {
@@ -125,18 +154,42 @@ void MetricOptions::apply(RunRequest& request) const {
   request.crop = CropRequest{numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
-std::string map_path(const std::string& map, const std::string& test, const std::string& label, bool many) {
-  if (map.empty()) return "";
-  const bool folder = map.back() == '/' || fs::is_directory(map);
-  if (!folder) {
-    if (many)
-      throw_usage("--map '" + map + "' is one file, but there are several maps; name a folder, with / at its end");
-    return map;
+void MetricOptions::check_outputs(const std::vector<std::string>& others) const {
+  std::set<fs::path> taken;
+  const auto real = [](const std::string& path) {
+    std::error_code error;
+    const fs::path found = fs::weakly_canonical(path, error);
+    return error ? fs::path(path) : found;
+  };
+  for (const std::string& other : others)
+    if (!other.empty()) taken.insert(real(other));
+  for (const auto& [option, path] : {std::pair("--json", json), std::pair("--csv", csv)}) {
+    if (path.empty()) continue;
+    if (!taken.insert(path == "-" ? fs::path("-") : real(path)).second)
+      throw_usage(std::string(option) + " '" + path + "' is read or written by this call already; name another file");
+    check_text_file(path);
   }
+}
+
+MapPaths::MapPaths(std::string map, bool many)
+    : map_(std::move(map)), folder_(!map_.empty() && (map_.back() == '/' || fs::is_directory(map_))) {
+  if (many && !map_.empty() && !folder_)
+    throw_usage("--map '" + map_ + "' is one file, but there are several maps; name a folder, with / at its end");
+}
+
+std::string MapPaths::next(const std::string& test, const std::string& label) {
+  if (map_.empty() || !folder_) return map_;
+  const std::string stem = fs::path(test).stem().string() + "." + label;
+  std::string name = stem;
+  for (int n = 2; !taken_.insert(name).second; ++n) name = stem + "-" + std::to_string(n);
+  return (fs::path(map_) / (name + ".exr")).string();
+}
+
+void MapPaths::make_folder() const {
+  if (!folder_) return;
   std::error_code error;
-  fs::create_directories(map, error);
-  if (error) throw_input("--map '" + map + "': " + error.message());
-  return (fs::path(map) / (fs::path(test).stem().string() + "." + label + ".exr")).string();
+  fs::create_directories(map_, error);
+  if (error) throw_input("--map '" + map_ + "': " + error.message());
 }
 
 NanPolicy parse_nan(const std::string& text, const std::vector<std::string>& allowed) {
@@ -146,6 +199,18 @@ NanPolicy parse_nan(const std::string& text, const std::vector<std::string>& all
          : text == "zero"   ? NanPolicy::kZero
          : text == "ignore" ? NanPolicy::kIgnore
                             : NanPolicy::kKeep;
+}
+
+bool attempt(bool several, const std::function<void()>& work) {
+  try {
+    work();
+    return true;
+  } catch (const Error& error) {
+    if (!several || error.kind() != ErrorKind::kInput) throw;
+    std::cerr << "triad: " << printable(error.what()) << std::endl;
+    g_exit_status = error.exit_status();
+    return false;
+  }
 }
 
 int report(const MetricOptions& options, const std::vector<Threshold>& thresholds,

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <triad/colour/colour.hpp>
 #include <triad/evaluation/results.hpp>
@@ -12,6 +14,9 @@
 #include <vector>
 
 namespace triad::app {
+
+// Refuses an empty text.
+const CLI::Validator& not_empty();
 
 // Where plugins and colours come from.
 struct HostOptions {
@@ -24,10 +29,12 @@ struct HostOptions {
 
 // How pictures are read and the work is cut.
 struct PictureOptions {
-  std::string cells, ref_cells, from, ref_from, to, part, channels, max_memory;
+  std::string cells, ref_cells, from, ref_from, to, part, ref_part, channels, ref_channels, max_memory;
   int threads = 0, strip_rows = 0;
 
   void add(CLI::App& verb, const std::string& to_doc);
+  // Whether an option was given that only a reference has a use for.
+  bool names_reference() const;
   ReadOptions read() const;
   ReadOptions read_reference() const;
   // Threads and memory take effect here. Throws Error(kUsage).
@@ -39,19 +46,37 @@ struct MetricOptions {
   std::vector<std::string> metrics, references, fail_above, fail_below;
   std::string json, csv, map, crop, mask;
 
-  void add(CLI::App& verb);
+  void add(CLI::App& verb, const std::string& reference_doc);
   std::vector<Threshold> thresholds() const;
   void apply(RunRequest& request) const;
+  // Throws before the work what would otherwise be found after it: a results file that cannot be written, or
+  // that is one of `others` or named twice.
+  void check_outputs(const std::vector<std::string>& others) const;
 };
 
-// The path of the map of one test picture and metric; "" if none is wanted. `many`: there are several.
-std::string map_path(const std::string& map, const std::string& test, const std::string& label, bool many);
+// Paths of error maps: the file named for a single one, else TEST.LABEL.exr in the folder named, with a number
+// where that name is taken. Makes no folder.
+class MapPaths {
+ public:
+  MapPaths(std::string map, bool many);
+  std::string next(const std::string& test, const std::string& label);  // "" if no map is wanted
+  void make_folder() const;
+
+ private:
+  std::string map_;
+  bool folder_ = false;
+  std::set<std::string> taken_;
+};
 
 NanPolicy parse_nan(const std::string& text, const std::vector<std::string>& allowed);
 
 // Prints tables, JSON and CSV as asked for, then the failures on stderr. Returns 0 or 1.
 int report(const MetricOptions& options, const std::vector<Threshold>& thresholds,
            const std::vector<MetricResult>& results, const std::vector<RunRecord>& runs);
+
+// One of several pictures: an error with it is said at once, sets the exit status and lets the others go on;
+// Ctrl-C and defects end all. Returns whether the work was done. With several = false errors pass through.
+bool attempt(bool several, const std::function<void()>& work);
 
 // A bar on stderr while it is a terminal; nothing otherwise. Use from one thread.
 class Progress {

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // triad plugin check FILE, triad plugin new NAME
 #include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <triad/base/error.hpp>
 #include <triad/base/log.hpp>
 #include <triad/pipeline/plugin_check.hpp>
 #include <triad/pipeline/plugin_new.hpp>
@@ -20,6 +25,8 @@ struct PluginOptions {
 };
 
 void check(const PluginOptions& options) {
+  if (access(options.file.c_str(), F_OK) != 0)
+    throw_input("cannot check '" + options.file + "': " + std::strerror(errno));
   const std::vector<CheckResult> results = check_plugin(options.file, options.params, options.seconds);
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   size_t failed = 0, skipped = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // triad run IN [STAGE]... [-o OUT] [-m METRIC --ref REF]...
+#include <algorithm>
 #include <iostream>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
@@ -49,6 +50,9 @@ void run(const RunOptions& options) {
   if (options.output.empty() && !writes && metrics.empty() && !options.explain)
     throw_usage("nothing to do: name an output with -o OUT or write:OUT, or a metric with -m");
 
+  if (!writes && options.output.empty() && !options.picture.to.empty())
+    throw_usage("--to is the colour space of an output: name one with -o");
+
   request.input.read = options.picture.read();
   request.output_space = options.picture.to;
   if (!options.depth.empty()) request.write.depth = parse_depth(options.depth);
@@ -78,6 +82,13 @@ void run(const RunOptions& options) {
   const std::vector<Threshold> thresholds = options.metric.thresholds();
   check_threshold_names(thresholds, metrics, host);
 
+  std::vector<std::string> paths = references;
+  paths.insert(paths.end(), {options.input, options.output, options.metric.mask, options.chain});
+  for (const ChainItem& item : request.stages) paths.push_back(item.path);
+  options.metric.check_outputs(paths);
+  MapPaths maps(options.metric.map, metrics.size() > 1 || frames.size() > 1);
+  if (!options.explain) maps.make_folder();
+
   std::vector<MetricResult> results;
   std::vector<RunRecord> records;
   Progress progress(options.input);
@@ -93,23 +104,25 @@ void run(const RunOptions& options) {
       MetricRequest metric{
           metrics[m],
           {sequence ? frame_path(reference, frames[f]) : reference, options.picture.read_reference()},
-          map_path(options.metric.map, one.input.path, metrics[m].label, metrics.size() > 1 || frames.size() > 1)};
+          maps.next(one.input.path, metrics[m].label)};
       one.metrics.push_back(std::move(metric));
     }
-    Run work(one, host, colours);
     if (options.explain) {
-      std::cout << work.explain();
+      std::cout << Run(one, host, colours).explain();
       return;
     }
-    RunResult result = work.execute(
-        [&](double done) { progress.update((static_cast<double>(f) + done) / static_cast<double>(frames.size())); });
+    RunResult result;
+    const auto progress_to = [&](double share) {
+      progress.update((static_cast<double>(f) + share) / static_cast<double>(frames.size()));
+    };
+    if (!attempt(frames.size() > 1, [&] { result = Run(one, host, colours).execute(progress_to); })) continue;
     if (request.nan == NanPolicy::kZero && result.input_nonfinite.total())
       warn("'" + one.input.path + "': " + std::to_string(result.input_nonfinite.nan) + " NaN and " +
            std::to_string(result.input_nonfinite.inf) + " infinite values replaced by 0");
     results.insert(results.end(), result.metrics.begin(), result.metrics.end());
     records.push_back({one.input.path, one.output, std::move(result)});
   }
-  g_exit_status = report(options.metric, thresholds, results, records);
+  g_exit_status = std::max(g_exit_status, report(options.metric, thresholds, results, records));
 }
 
 }  // namespace
@@ -121,9 +134,10 @@ void setup_run(CLI::App& app) {
   verb->add_option("stages", options->stages,
                    "Filters in order: name or name:key=value,...; write:PATH keeps the picture at that point")
       ->type_name("STAGE");
-  verb->add_option("-o,--output", options->output, "The file to write")->type_name("OUT");
+  verb->add_option("-o,--output", options->output, "The file to write")->type_name("OUT")->check(not_empty());
   verb->add_option("--chain", options->chain, "Stages and metrics from a TOML file, before those of the command line")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(not_empty());
   verb->add_flag("--explain", options->explain, "Print the plan and touch no pixel");
   verb->add_option("--nan", options->nan, "What to do about NaN and infinite input values: fail, zero or keep")
       ->type_name("POLICY")
@@ -131,9 +145,10 @@ void setup_run(CLI::App& app) {
   verb->add_option("--depth", options->depth, "Stored type: 8, 16, half or float (default: by format)")
       ->type_name("D");
   verb->add_option("--compression", options->compression, "Compression of the output: none, zip, piz, jpeg:95 ...")
-      ->type_name("C");
+      ->type_name("C")
+      ->check(not_empty());
   options->picture.add(*verb, "Colour space of the output (default: sRGB for PNG and JPEG, linear for EXR)");
-  options->metric.add(*verb);
+  options->metric.add(*verb, "The picture to compare with; one for all metrics, or one for each");
   options->host.add_plugin_path(*verb);
   options->host.add_ocio(*verb);
   verb->footer(

@@ -114,6 +114,13 @@ void write_text_file(const std::string& path, const std::string& text) {
   file.commit();
 }
 
+void check_text_file(const std::string& path) {
+  struct stat info {};
+  // What is neither a file nor a folder (a terminal, a pipe) is written to and not replaced.
+  if (path == "-" || (stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode))) return;
+  const AtomicFile probe(path);
+}
+
 std::string read_text_file(const std::string& path) {
   struct stat info {};
   if (stat(path.c_str(), &info) != 0) throw_input("cannot read '" + path + "': " + reason());

@@ -35,6 +35,8 @@ void unlink_temporaries() noexcept;
 
 // Writes text atomically; "-" is standard output.
 void write_text_file(const std::string& path, const std::string& text);
+// Throws what write_text_file would throw over the name of the file, and writes nothing.
+void check_text_file(const std::string& path);
 // The whole file. Throws Error(kInput).
 std::string read_text_file(const std::string& path);
 

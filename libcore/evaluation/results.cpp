@@ -90,12 +90,18 @@ std::string results_to_json(const std::vector<MetricResult>& results, const std:
 
 std::string results_to_csv(const std::vector<MetricResult>& results) {
   std::string text = "test,reference,metric,label,score,value,better,nan,inf,seconds\r\n";
-  for (const MetricResult& result : results)
+  for (const MetricResult& result : results) {
+    // Without scores (values that are not finite) a line with empty fields still shows the counts.
+    if (result.scores.empty())
+      text += csv_field(result.test) + "," + csv_field(result.reference) + "," + result.metric + "," +
+              csv_field(result.label) + ",,,," + std::to_string(result.nonfinite.nan) + "," +
+              std::to_string(result.nonfinite.inf) + "," + format_double(result.seconds) + "\r\n";
     for (const auto& score : result.scores)
       text += csv_field(result.test) + "," + csv_field(result.reference) + "," + result.metric + "," +
               csv_field(result.label) + "," + score.name + "," + format_double(score.value) + "," +
               better_word(score.better) + "," + std::to_string(result.nonfinite.nan) + "," +
               std::to_string(result.nonfinite.inf) + "," + format_double(result.seconds) + "\r\n";
+  }
   return text;
 }
 

@@ -20,6 +20,14 @@ bool is_stage_name(std::string_view name) {
                      [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-'; });
 }
 
+// Labels become parts of file names and of thresholds: LABEL.SCORE=VALUE.
+const char* const kLabelRule = "a label is made of letters, digits, '-' and '_'";
+bool is_label(std::string_view label) {
+  return !label.empty() && label.size() <= 64 && std::all_of(label.begin(), label.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+  });
+}
+
 // The position of the last `mark` outside quotes, or npos.
 size_t find_unquoted(std::string_view text, char mark) {
   size_t found = std::string_view::npos;
@@ -89,6 +97,7 @@ ChainItem item_from_toml(const toml::table& table, const std::string& where, boo
   if (!name || !is_stage_name(*name)) throw_input(where + ": 'name' must be the name of a stage");
   item.id = *name;
   item.label = table["label"].value_or(*name);
+  if (!is_label(item.label)) throw_input(where + ": label '" + item.label + "': " + kLabelRule);
   for (const auto& [key, value] : table) {
     if (key == "name" || (metric && key == "label")) continue;
     item.params.emplace(std::string(key.str()), toml_text(value, where + ": '" + std::string(key.str()) + "'"));
@@ -103,6 +112,7 @@ ChainItem parse_stage(const std::string& text) {
     ChainItem item;
     item.is_write = true;
     item.path = text.substr(6);
+    if (item.path.size() > 1 && (item.path[0] == '"' || item.path[0] == '\'')) item.path = unquote(item.path);
     if (item.path.empty()) throw_usage("'write:' needs a path, as in write:mid.exr");
     return item;
   }
@@ -114,8 +124,7 @@ ChainItem parse_metric(const std::string& text) {
   ChainItem item = parse_item(std::string_view(text).substr(0, at), text);
   if (at != std::string::npos) {
     item.label = unquote(text.substr(at + 1));
-    if (item.label.empty() || item.label.find_first_of(".= ") != std::string::npos)
-      throw_usage("'" + text + "': a label is a word without '.', '=' and blanks");
+    if (!is_label(item.label)) throw_usage("'" + text + "': " + kLabelRule);
   }
   return item;
 }

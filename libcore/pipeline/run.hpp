@@ -66,7 +66,8 @@ struct RunRequest {
 };
 
 struct MetricResult {
-  std::string test, reference, metric, label;
+  std::string test;  // the chain's input; what is judged is what comes out of the chain, before it is stored
+  std::string reference, metric, label;
   std::vector<std::pair<std::string, std::string>> parameters;
   struct Score {
     std::string name, unit;

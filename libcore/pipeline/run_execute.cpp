@@ -51,8 +51,8 @@ struct Run::Impl::Token {
   StripBuffer current;
   std::vector<StripBuffer> references;
   StripBuffer mask;
-  std::vector<std::pair<size_t, StripBuffer>> to_write;     // index into outputs
-  std::vector<std::vector<StageState>> states;  // per metric, per call; one list for a filter's pass
+  std::vector<std::pair<size_t, StripBuffer>> to_write;  // index into outputs
+  std::vector<std::vector<StageState>> states;           // per metric, per call; one list for a filter's pass
   std::vector<StripBuffer> maps;
 };
 
@@ -92,8 +92,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
       throw_input("out of memory: '" + request.input.path + "' could not be held whole; see --max-memory");
     }
   }
-  if (drive.sink == Sink::kPass)
-    run.state = StageState(filters[static_cast<size_t>(drive.last)]->plan().state_bytes);
+  if (drive.sink == Sink::kPass) run.state = StageState(filters[static_cast<size_t>(drive.last)]->plan().state_bytes);
   if (final_sink)
     for (size_t m = 0; m < metrics.size(); ++m)
       if (drive.pass < metrics[m]->plan.plan.passes)
@@ -215,9 +214,25 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
       if (map) map_strip = token.maps[m].view(rect);
       token.states[m].emplace_back(metric.plan.plan.state_bytes);
       auto& state = token.states[m].back();
-      metric.instance.strip(drive.pass, rect, inputs, map ? &map_strip : nullptr,
-                            state.data());
+      metric.instance.strip(drive.pass, rect, inputs, map ? &map_strip : nullptr, state.data());
     }
+  };
+
+  // Of rows of the test or a reference: what is not finite and not left out by the mask or the crop.
+  const auto pooled_nonfinite = [&](const Token& token, const StripBuffer& buffer, const ImageSpec& spec,
+                                    RowRange rows) {
+    NonFinite found = treat_nonfinite(buffer, rows, false);
+    if (!found.total() || !token.mask) return found;
+    found = {};
+    for (int y = rows.y0; y < rows.y1; ++y) {
+      const int mask_y = std::clamp(static_cast<int>(static_cast<int64_t>(y) * sink_spec.height / spec.height),
+                                    token.mask.rows().y0, token.mask.rows().y1 - 1);
+      for (int x = 0; x < spec.width; ++x)
+        if (token.mask.row(mask_y)[static_cast<int64_t>(x) * sink_spec.width / spec.width] > 0)
+          found += count_nonfinite(buffer.row(y) + static_cast<size_t>(x) * buffer.channels(),
+                                   static_cast<size_t>(buffer.channels()));
+    }
+    return found;
   };
 
   // Values that are not finite in what the metrics compare: counted once, weighted out, replaced by 0.
@@ -226,7 +241,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     const TokenPlan& plan = *token.plan;
     NonFinite in_test;
     std::vector<NonFinite> in_references(references.size());
-    if (counts) in_test = treat_nonfinite(token.current, plan.sink, false);
+    if (counts) in_test = pooled_nonfinite(token, token.current, sink_spec, plan.sink);
     for (size_t r = 0; r < references.size(); ++r) {
       if (!token.references[r] || !counts) continue;
       // Rows of the reference that belong to this strip alone.
@@ -235,7 +250,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
       RowRange own{static_cast<int>(plan.sink.y0 * height / sink_spec.height),
                    static_cast<int>(plan.sink.y1 * height / sink_spec.height)};
       own = {std::max(own.y0, all.y0), std::min(own.y1, all.y1)};
-      in_references[r] = treat_nonfinite(token.references[r], own, false);
+      in_references[r] = pooled_nonfinite(token, token.references[r], references[r].source->spec(), own);
     }
     if (request.metric_nan == NanPolicy::kIgnore && token.mask)
       for (int y = plan.mask_rows.y0; y < plan.mask_rows.y1; ++y)
@@ -327,6 +342,8 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
                        filter.run_pass(run.pool, drive.pass, token.current, token.plan->stages.back(), true,
                                        token.states[0]);
                      }});
+  } else if (drive.sink == Sink::kWrite) {
+    steps.push_back({false, [&](Token& token) { keep_for_writing(token, drive.last, true); }});
   } else {
     steps.push_back({false, [&](Token& token) {
                        token.states.resize(metrics.size());
@@ -340,6 +357,8 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
   }
   steps.push_back({true, finish});
 
+  // oneTBB orders all steps before the pipeline's return, but ThreadSanitizer cannot see into it; this says so.
+  std::atomic<int64_t> done{0};
   int64_t next = 0;
   using TokenPtr = std::shared_ptr<Token>;
   tbb::filter<void, TokenPtr> line = tbb::make_filter<void, TokenPtr>(
@@ -360,14 +379,17 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     while (end < steps.size() && steps[end].serial == steps[begin].serial) ++end;
     line = line & tbb::make_filter<TokenPtr, TokenPtr>(
                       steps[begin].serial ? tbb::filter_mode::serial_in_order : tbb::filter_mode::parallel,
-                      [&steps, begin, end](TokenPtr token) {
+                      [&steps, &done, begin, end](TokenPtr token) {
                         for (size_t s = begin; s < end; ++s) steps[s].work(*token);
+                        done.fetch_add(1, std::memory_order_release);
                         return token;
                       });
     begin = end;
   }
   tbb::parallel_pipeline(static_cast<size_t>(drive.in_flight),
                          line & tbb::make_filter<TokenPtr, void>(tbb::filter_mode::serial_in_order, [](TokenPtr) {}));
+
+  static_cast<void>(done.load(std::memory_order_acquire));
 
   if (drive.sink == Sink::kHold) {
     run.held = std::move(run.next_held);
@@ -406,7 +428,7 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
     if (run.replaced[i].total())
       warn("'" + filters[i]->instance().info().id() + "' replaced " + std::to_string(run.replaced[i].nan) +
            " NaN and " + std::to_string(run.replaced[i].inf) + " infinite values of '" + request.input.path +
-           "' by 0: they would have spread over whole rows");
+           "' by 0: they would have spread");
   check_cancel();
   for (auto& writer : run.writers) writer->commit();
   for (auto& writer : run.map_writers)

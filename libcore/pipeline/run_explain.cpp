@@ -66,11 +66,12 @@ std::string Run::Impl::explain() const {
   }
   for (const Drive& drive : drives) {
     const std::string from = drive.from_memory ? "memory" : "file";
-    const std::string work = drive.sink == Sink::kHold   ? "hold the picture in memory"
-                             : drive.sink == Sink::kPass ? fmt::format("pass {} of {}", drive.pass + 1,
-                                                                       filter_texts[static_cast<size_t>(drive.last)])
-                             : metrics.empty()           ? "write"
-                                                         : fmt::format("write and judge, pass {}", drive.pass + 1);
+    const std::string work = drive.sink == Sink::kHold    ? "hold the picture in memory"
+                             : drive.sink == Sink::kPass  ? fmt::format("pass {} of {}", drive.pass + 1,
+                                                                        filter_texts[static_cast<size_t>(drive.last)])
+                             : drive.sink == Sink::kWrite ? "write what a later stage cuts off"
+                             : metrics.empty()            ? "write"
+                                                          : fmt::format("write and judge, pass {}", drive.pass + 1);
     text += fmt::format("pass over   {}: {} strip{} of {} row{}, {} in flight of {} each: {}\n", from, drive.tokens(),
                         drive.tokens() == 1 ? "" : "s", drive.token_rows, drive.token_rows == 1 ? "" : "s",
                         drive.in_flight, format_bytes(drive.token_bytes), work);

@@ -47,14 +47,20 @@ struct MetricNode {
   }
 };
 
-enum class Sink { kHold, kPass, kFinal };
+enum class Sink {
+  kHold,   // keep level `last` in memory
+  kPass,   // an earlier pass of filter `last`
+  kWrite,  // nothing but the outputs on the way
+  kFinal   // outputs and metrics
+};
 
 struct Drive {
   int first = 0, last = 0;  // levels: filters [first, last) run in it
   Sink sink = Sink::kFinal;
   int pass = 0;              // of filter `last` (kPass) or of the metrics (kFinal)
   bool from_memory = false;  // an earlier drive held level `first`, and wrote what was to be written of it
-  bool writes = false;       // the outputs at the levels it passes
+  bool writes = false;       // the outputs at the levels it passes,
+  int writes_from = 0;       // from this level on
   int token_rows = 0;        // of the sink's picture
   int sink_height = 0;
   int in_flight = 1;
@@ -89,8 +95,10 @@ struct Run::Impl {
   void open_input();
   void add_filters(PluginHost& host);
   void add_outputs();
+  void check_paths() const;
   void add_metrics(PluginHost& host);
   void plan_drives();
+  int uneven_level(int first) const;
   void fit_memory();
   void choose_rows(Drive& drive, int rows) const;
   std::vector<TokenPlan> plan_tokens(const Drive& drive) const;

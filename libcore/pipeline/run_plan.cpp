@@ -2,6 +2,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <map>
 #include <numeric>
 #include <triad/base/error.hpp>
 #include <triad/base/log.hpp>
@@ -18,8 +20,11 @@ constexpr uint64_t kStripBytes = 2u << 20;
 constexpr int kMinStripRows = 16, kMaxStripRows = 1024;
 // A stage whose needs make its input's rows come this many times is given them from memory.
 constexpr double kRecomputeLimit = 2.0;
-// What the libraries hold (code, colour transforms, file buffers); measured with a 1 x 1 picture.
-constexpr uint64_t kBaseBytes = 64u << 20;
+// What the program and its libraries hold, code included; measured as the resident size with a 1 x 1 picture.
+constexpr uint64_t kBaseBytes = 144u << 20;
+// A picture that is written and then cropped makes its strips longer; past this factor it is written by a drive
+// of its own.
+constexpr uint64_t kUnevenLimit = 2;
 
 uint64_t picture_bytes(const ImageSpec& spec) {
   return static_cast<uint64_t>(spec.width) * spec.height * spec.channels.size() * sizeof(float);
@@ -38,6 +43,7 @@ Run::Impl::Impl(RunRequest made, PluginHost& host, const ColourConfig& config)
   add_filters(host);
   add_outputs();
   add_metrics(host);
+  check_paths();
   plan_drives();
   fit_memory();
 }
@@ -84,15 +90,12 @@ void Run::Impl::add_outputs() {
       out.spec.colour_space = to;
       // Files say the primaries of linear light; where they are the input's own, its own numbers.
       if (to != input->spec().colour_space || !out.spec.chromaticities)
-        out.spec.chromaticities = encoded || colours.linear_sibling(to) != to
-                                      ? std::nullopt
-                                      : std::optional(colours.chromaticities(to));
+        out.spec.chromaticities =
+            encoded || colours.linear_sibling(to) != to ? std::nullopt : std::optional(colours.chromaticities(to));
     } else if (!request.output_space.empty()) {
       throw_usage("--to '" + request.output_space + "': '" + request.input.path +
                   "' holds no colour in a known space; say which with --from");
     }
-    for (const PictureOutput& other : outputs)
-      if (other.path == path) throw_usage("'" + path + "' would be written twice");
     outputs.push_back(std::move(out));
   };
   int at = 0;
@@ -107,8 +110,33 @@ void Run::Impl::add_outputs() {
 
 bool Run::Impl::uses_mask() const { return request.crop || mask || request.metric_nan == NanPolicy::kIgnore; }
 
+void Run::Impl::check_paths() const {
+  // The same file by any name: two outputs, or an output and a picture that the metrics read, would destroy one.
+  // Writing over the input is what people ask for at times, and safe: it is replaced after it was read.
+  std::map<std::filesystem::path, std::string> taken;
+  const auto real = [](const std::string& path) {
+    std::error_code error;
+    const auto found = std::filesystem::weakly_canonical(path, error);
+    return error ? std::filesystem::path(path) : found;
+  };
+  for (const Reference& reference : references)
+    taken.emplace(real(reference.path), "the reference '" + reference.path + "'");
+  if (!request.mask.empty()) taken.emplace(real(request.mask), "the mask '" + request.mask + "'");
+  const auto claim = [&](const std::string& path, const std::string& what) {
+    const auto [entry, fresh] = taken.emplace(real(path), what);
+    if (!fresh) throw_usage(what + " would overwrite " + entry->second);
+  };
+  for (const PictureOutput& out : outputs) claim(out.path, "the output '" + out.path + "'");
+  for (const auto& metric : metrics) {
+    if (metric->map_path.empty()) continue;
+    if (real(metric->map_path) == real(request.input.path))
+      throw_usage("the map '" + metric->map_path + "' would overwrite the test picture");
+    claim(metric->map_path, "the map '" + metric->map_path + "'");
+  }
+}
+
 bool Run::Impl::writes_at(const Drive& drive, int at) const {
-  if (!drive.writes || (drive.from_memory && at == drive.first)) return false;
+  if (!drive.writes || at < drive.writes_from || (drive.from_memory && at == drive.first)) return false;
   return std::any_of(outputs.begin(), outputs.end(), [&](const PictureOutput& out) { return out.level == at; });
 }
 
@@ -285,7 +313,33 @@ void Run::Impl::plan_drives() {
       levels() > first && std::any_of(filters.begin() + first, filters.end(),
                                       [](const auto& f) { return f->plan().threads == TRIAD_SERIAL; });
   if (levels() > first && (whole_metric || (serial_before && overlapping))) hold(levels());
-  for (int pass = 0; pass < passes; ++pass) push(levels(), Sink::kFinal, pass, level(levels()).height);
+  const int uneven = uneven_level(first);
+  if (uneven >= first && !(held && uneven == first)) {
+    // A serial stage runs once only; what it made is then kept.
+    if (std::any_of(filters.begin() + first, filters.begin() + uneven,
+                    [](const auto& f) { return f->plan().threads == TRIAD_SERIAL; }))
+      hold(uneven);
+    else
+      push(uneven, Sink::kWrite, 0, level(uneven).height);
+  }
+  for (int pass = 0; pass < passes; ++pass) {
+    push(levels(), Sink::kFinal, pass, level(levels()).height);
+    drives.back().writes_from = uneven + 1;
+  }
+}
+
+// Outputs at a level of which later stages look at a part only (a crop): one strip would have to hold all the
+// rest. They get a drive of their own, at the price of running the stages before them twice.
+int Run::Impl::uneven_level(int first) const {
+  int uneven = -1;
+  for (int at = first; at < levels(); ++at) {
+    if (std::none_of(outputs.begin(), outputs.end(), [&](const PictureOutput& o) { return o.level == at; })) continue;
+    RowRange rows{0, level(levels()).height};
+    for (int i = levels() - 1; i >= at; --i)
+      rows = filters[static_cast<size_t>(i)]->needs(filters[static_cast<size_t>(i)]->plan().passes - 1, rows).in;
+    if (level(at).height > static_cast<int64_t>(kUnevenLimit) * (rows.y1 - rows.y0)) uneven = at;
+  }
+  return uneven;
 }
 
 void Run::Impl::choose_rows(Drive& drive, int rows) const {
@@ -394,6 +448,11 @@ uint64_t Run::Impl::estimate(const Drive& drive, const TokenPlan& token) const {
     const size_t k = static_cast<size_t>(at - drive.first);
     return StripBuffer::bytes(token.rows[k], level(at).width, level(at).channel_count(), token.pads[k]);
   };
+  const auto copies_at = [&](int at) -> uint64_t {
+    if (!writes_at(drive, at)) return 0;
+    return static_cast<uint64_t>(
+        std::count_if(outputs.begin(), outputs.end(), [&](const PictureOutput& o) { return o.level == at; }));
+  };
   uint64_t held = 0, peak = 0;  // held: references, mask, and copies that wait to be written
   for (size_t r = 0; r < references.size(); ++r) {
     const ImageSpec& spec = references[r].source->spec();
@@ -405,7 +464,7 @@ uint64_t Run::Impl::estimate(const Drive& drive, const TokenPlan& token) const {
   uint64_t current = bytes_at(drive.first);
   peak = held + current;
   for (int at = drive.first; at < drive.last; ++at) {
-    if (writes_at(drive, at)) held += current;
+    held += copies_at(at) * current;
     const FilterNode& filter = *filters[static_cast<size_t>(at)];
     const uint64_t next = bytes_at(at + 1);
     peak = std::max(
@@ -416,7 +475,7 @@ uint64_t Run::Impl::estimate(const Drive& drive, const TokenPlan& token) const {
     peak = std::max(peak,
                     held + current + filters[static_cast<size_t>(drive.last)]->run_bytes(token.stages.back(), true));
   if (drive.sink == Sink::kFinal) {
-    if (writes_at(drive, drive.last) && !metrics.empty()) held += current;
+    if (!metrics.empty()) held += copies_at(drive.last) * current;
     uint64_t maps = 0, copies = 0;
     for (const auto& metric : metrics) {
       if (!metric->map_path.empty())

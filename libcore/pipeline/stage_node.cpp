@@ -281,8 +281,7 @@ void FilterNode::run_pass(BufferPool& pool, int pass, const StripBuffer& in, con
     const triad_strip in_strip = view.view(call.need);
     inputs[0] = &in_strip;
     states.emplace_back(plan_.plan.state_bytes);
-    instance_.strip(pass, {0, call.out.y0, out_.width, call.out.y1}, inputs, nullptr,
-                    states.back().data());
+    instance_.strip(pass, {0, call.out.y0, out_.width, call.out.y1}, inputs, nullptr, states.back().data());
   }
 }
 

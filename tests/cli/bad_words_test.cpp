@@ -113,6 +113,12 @@ TEST_F(BadWords, WantsWhatItNeeds) {
   expect_refusal({"compare", "in.exr", "--ref", "in.exr", "-m", "box"}, {"box"});
 }
 
+TEST_F(BadWords, AreNotToBlameForADefectivePlugin) {
+  expect_refusal({"compare", "in.exr", "--ref", "in.exr", "-m", "not-a-score", "--plugin-path",
+                  TRIAD_DEFECTIVE_PLUGIN, "--json", "out.json"},
+                 {"'not-a-score'", TRIAD_DEFECTIVE_PLUGIN, "not a number"});
+}
+
 TEST_F(BadWords, KnowsItsFormats) {
   expect_refusal({"run", "in.exr", "-o", "out.xyz"}, {"out.xyz"});
   expect_refusal({"run", "in.exr", "-o", "out"}, {"out"});

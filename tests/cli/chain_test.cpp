@@ -114,7 +114,7 @@ TEST_F(Chain, IsTheSameInAFile) {
 TEST_F(Chain, StaysWithinItsMemory) {
   save(path("in.exr"), noise(3000, 600), "half");
   expect_success(
-      {"run", "in.exr", "--cells", "3x1", "platt:engine=fir,taps=31", "-o", "out.exr", "--max-memory", "128M"});
+      {"run", "in.exr", "--cells", "3x1", "platt:engine=fir,taps=31", "-o", "out.exr", "--max-memory", "160M"});
   EXPECT_EQ(load(path("out.exr")).width, 1000);
   expect_refusal({"run", "in.exr", "--cells", "3x1", "platt", "-o", "no.exr", "--max-memory", "4K"},
                  {"--max-memory"});

@@ -26,7 +26,8 @@ TEST(Chain, ReadsStagesAsTyped) {
   for (const char* bad :
        {"", ":", "Platt", "platt:", "platt:ppd", "platt:=3", "platt:a=1,a=2", "write:", "a b", "platt:a='b"})
     EXPECT_THROW(parse_stage(bad), Error) << bad;
-  for (const char* bad : {"display@", "display@a.b", "display:ppd@x"}) EXPECT_THROW(parse_metric(bad), Error) << bad;
+  for (const char* bad : {"display@", "display@a.b", "display@a/b", "display:ppd@x"})
+    EXPECT_THROW(parse_metric(bad), Error) << bad;
 }
 
 TEST(Chain, LabelsAreUnique) {
@@ -67,9 +68,10 @@ TEST_F(ChainFiles, ReadToml) {
 }
 
 TEST_F(ChainFiles, RefuseTomlThatIsNoChain) {
-  for (const char* bad : {"[[stage]\n", "[[stages]]\nname='a'\n", "[[stage]]\nppd=4\n", "stage='x'\n",
-                          "[stage]\nname='a'\n", "[[stage]]\nname='A b'\n", "[[stage]]\nwrite='x'\nppd=3\n",
-                          "[[stage]]\nname='a'\nx={y=1}\n", "[[stage]]\nname='a'\nx=['y']\n"}) {
+  for (const char* bad :
+       {"[[stage]\n", "[[stages]]\nname='a'\n", "[[stage]]\nppd=4\n", "stage='x'\n", "[stage]\nname='a'\n",
+        "[[stage]]\nname='A b'\n", "[[stage]]\nwrite='x'\nppd=3\n", "[[stage]]\nname='a'\nx={y=1}\n",
+        "[[stage]]\nname='a'\nx=['y']\n", "[[metric]]\nname='a'\nlabel='../x'\n"}) {
     try {
       load_chain(write("bad.toml", bad));
       ADD_FAILURE() << bad;

@@ -340,15 +340,86 @@ TEST_F(Pipeline, MemoryIsBoundedOrRefused) {
   PluginHost host({TRIAD_TEST_STAGES, TRIAD_BINARY_DIR "/plugins"});
   const ColourConfig colours = ColourConfig::load();
   const uint64_t wanted = triad::Run(request, host, colours).peak_memory();
-  request.max_memory = 68u << 20;
+  request.max_memory = 146u << 20;
   const uint64_t bounded = triad::Run(request, host, colours).peak_memory();
   EXPECT_LE(bounded, request.max_memory);
   EXPECT_LT(bounded, wanted);
-  request.max_memory = 1 << 20;
+  request.max_memory = 100u << 20;  // less than the program itself
   EXPECT_THROW(triad::Run(request, host, colours), Error);
-  request.max_memory = 70u << 20;
+  request.max_memory = 150u << 20;
   request.stages = {parse_stage("mean")};
   EXPECT_THROW(triad::Run(request, host, colours), Error);  // 12.6 MB twice
+}
+
+TEST_F(Pipeline, APictureKeptBeforeACropIsNotHeldForIt) {
+  const Image image = make_image(64, 20000, {"R", "G", "B"});
+  for (const char* before : {"cross:radius=1", "running"}) {
+    RunRequest request;
+    request.input.path = store("in.exr", image);
+    request.stages = {parse_stage(before), parse_stage("write:" + path("whole.exr")),
+                      parse_stage("crop:y=19000,h=10")};
+    request.output = path("part.exr");
+    request.write.depth = Depth::kFloat;
+    PluginHost host({TRIAD_TEST_STAGES, TRIAD_BINARY_DIR "/plugins"});
+    const ColourConfig colours = ColourConfig::load();
+    triad::Run work(request, host, colours);
+    // A serial stage's result is kept instead of made twice: 15 MB.
+    EXPECT_LT(work.peak_memory(), std::string(before) == "running" ? 180e6 : 164e6);
+    work.execute();
+    const Image whole = std::string(before) == "running" ? running(image) : cross(1, "clamp")(image);
+    EXPECT_EQ(read_image(path("whole.exr")).pixels, whole.pixels);
+    const Image part = read_image(path("part.exr"));
+    EXPECT_TRUE(std::equal(part.pixels.begin(), part.pixels.end(), whole.row(19000)));
+  }
+}
+
+TEST_F(Pipeline, OutputsDoNotDestroyWhatIsReadOrWritten) {
+  const std::string input = store("in.exr", make_image(5, 5, {"R", "G", "B"}));
+  const std::string reference = store("ref.exr", make_image(5, 5, {"R", "G", "B"}));
+  const auto refused = [&](const std::string& output, const std::string& tap, const std::string& map) {
+    RunRequest request;
+    request.input.path = input;
+    request.output = output;
+    if (!tap.empty()) request.stages = {parse_stage("write:" + tap)};
+    MetricRequest metric;
+    metric.item = parse_metric("error");
+    metric.reference.path = reference;
+    metric.map_path = map;
+    request.metrics = {metric};
+    PluginHost host({TRIAD_BINARY_DIR "/plugins"});
+    const ColourConfig colours = ColourConfig::load();
+    try {
+      triad::Run(request, host, colours);
+      return false;
+    } catch (const Error&) {
+      return true;
+    }
+  };
+  const std::string folder = folder_;
+  EXPECT_TRUE(refused(reference, "", ""));
+  EXPECT_TRUE(refused("", "", folder + "/./ref.exr"));
+  EXPECT_TRUE(refused("", "", folder + "/./in.exr"));
+  EXPECT_TRUE(refused(folder + "/a.exr", folder + "/../" + folder_.filename().string() + "/a.exr", ""));
+  EXPECT_TRUE(refused(folder + "/a.exr", "", folder + "//a.exr"));
+  EXPECT_FALSE(refused(input, "", folder + "/map.exr")) << "in place is allowed";
+}
+
+TEST_F(Pipeline, NanOutsideThePoolingDoesNotFailAComparison) {
+  Image a = make_image(9, 100, {"R", "G", "B"});
+  const std::string reference = store("b.exr", a);
+  a.row(50)[4] = std::numeric_limits<float>::quiet_NaN();
+  RunRequest request;
+  request.input.path = store("a.exr", a);
+  MetricRequest metric;
+  metric.item = parse_metric("error");
+  metric.reference.path = reference;
+  request.metrics = {metric};
+  request.crop = CropRequest{0, 0, 9, 50};
+  const MetricResult outside = run(request).metrics[0];
+  EXPECT_FALSE(outside.nonfinite_failed);
+  EXPECT_EQ(outside.scores.at(3).value, 0);
+  request.crop = CropRequest{0, 0, 9, 51};
+  EXPECT_TRUE(run(request).metrics[0].nonfinite_failed);
 }
 
 TEST_F(Pipeline, RefusesWhatDoesNotFit) {

@@ -290,34 +290,6 @@ TEST(Film, RefusesMoreThanTheMachineHas) {
   EXPECT_THROW(Film(3'000'000, 3'000'000, {}), Error);
 }
 
-TEST(Film, SumsKeepWhatRoundingWouldLose) {
-  // 1e8 and -1e8 alternate on top of a bias that float holds exactly: the mean is the bias.
-  Film film(1, 1, {});
-  const int n = 1'000'000;
-  for (int i = 0; i < n; ++i) film.add(0, static_cast<uint32_t>(i), grey((i & 1 ? -1e8 : 1e8) + (i % 4 < 2 ? 8 : 0)));
-  EXPECT_EQ(film.mean(0)[0], 4);
-}
-
-TEST(Film, VarianceOfLargeNumbersWithSmallNoise) {
-  // Float's step at 1e8 is 8: values 1e8 + {0, 8, 16, 24} in turn have variance 80 n / (n - 1).
-  FilmPlanes planes;
-  planes.variance = true;
-  Film film(2, 1, planes);
-  const uint32_t n = 400'000;
-  for (uint32_t i = 0; i < n; ++i) {
-    film.add(0, i, grey(1e8 + 8 * (i % 4)));
-    film.add(1, i, grey(1e8));
-  }
-  EXPECT_NEAR(film.variance_of_mean(0)[1] * n, 80. * n / (n - 1), 80 * 1e-9);
-  EXPECT_EQ(film.variance_of_mean(1)[1], 0);
-  Film small(1, 1, planes);
-  EXPECT_EQ(small.variance_of_mean(0)[0], 0);
-  small.add(0, 0, grey(1e8));
-  EXPECT_EQ(small.variance_of_mean(0)[0], 0);  // one sample
-  small.add(0, 1, grey(1e8 + 16));
-  EXPECT_DOUBLE_EQ(small.variance_of_mean(0)[0], 128. / 2);  // two: 2 * 8^2 / 1
-}
-
 TEST(Analytic, IntegralsAgainstSamplesOnAFineGrid) {
   // An independent way: 512^2 points per pixel; an edge of length s misplaces at most about s/512 of a pixel's area.
   const HalfPlaneSource plane(6, 5, -.3, .954, 1.2, {2, 0, 1}, {0, 1, 1});
