@@ -15,4 +15,5 @@ find_package(CLI11 2.1 CONFIG REQUIRED)
 find_package(tomlplusplus 3 CONFIG REQUIRED)
 find_package(nlohmann_json 3.11 CONFIG REQUIRED)
 find_package(embree 3.13 CONFIG REQUIRED)
+find_package(TinyGLTF 2.7 CONFIG REQUIRED)  # a header; apps/raytracer compiles it
 find_package(TinyGLTF 2.7 CONFIG REQUIRED)

@@ -81,9 +81,9 @@ void grid(const std::string& folder) {
   Gltf gltf("A grid of lines one pixel wide, eight pixels apart, turned by 7 degrees, before black");
   const Inks inks(gltf);
   Shape lines;
-  for (int i = -11; i <= 11; ++i) {
-    lines.add(stroke(8 * i, -92, 8 * i, 92, 1));
-    if (i != 0) lines.add(stroke(-92, 8 * i, 92, 8 * i, 1));
+  for (int i = -10; i <= 10; ++i) {
+    lines.add(stroke(8 * i, -86, 8 * i, 86, 1));
+    lines.add(stroke(-86, 8 * i, 86, 8 * i, 1));
   }
   gltf.place("grid", lines, inks.white, {{"translation", {-98, 0, 0}}, {"rotation", turn({0, 0, 1}, 7 * kPi / 180)}});
   Shape squares;
@@ -123,20 +123,20 @@ void letters(const std::string& folder) {
   const Inks inks(gltf);
   const std::string fox = "THE QUICK BROWN FOX JUMPS OVER THE LAZY DOG";
   Shape white, coloured;
-  const double heights[] = {10, 8, 6.5, 5};
+  const double heights[] = {9.4, 8, 6.5, 5};
   double y = 92;
   for (const double height : heights) {
     white.add(text(fox, -192, y, height, height * .13));
     y -= height + 8;
   }
-  white.add(text("0123456789", -192, y - 8, 16, 1.6));
+  white.add(text("0123456789", -192, y - 14, 16, 1.6));
   for (int i = 0; i < 24; ++i) {
     const double a = 2 * kPi * i / 24 + .05;
     (i % 2 == 0 ? white : coloured)
-        .add(text("EVERY ANGLE", 115 + 18 * std::cos(a), -38 + 18 * std::sin(a), 4.6, .75, a));
+        .add(text("EVERY ANGLE", 115 + 21 * std::cos(a), -34 + 21 * std::sin(a), 4.6, .75, a));
   }
   for (int i = 0; i < 5; ++i)
-    white.add(text("A STROKE IS A BARGAIN", -188 + 2 * i, -22 - 18 * i, 8, 1, (2 * i - 6) * kPi / 180));
+    white.add(text("A STROKE IS A BARGAIN", -188 + 2 * i, -34 - 16 * i, 8, 1, (2 * i - 6) * kPi / 180));
   gltf.place("white", white, inks.white);
   gltf.place("coloured", coloured, inks.amber);
   finish(gltf, folder + "text.gltf");

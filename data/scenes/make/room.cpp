@@ -16,8 +16,8 @@ class Room {
         cloth_(gltf_.diffuse("cloth", {.18, .28, .4})),
         clay_(gltf_.diffuse("clay", {.55, .25, .15})),
         steel_(gltf_.metal("steel", {.7, .7, .72}, .25)),
-        glow_(gltf_.lamp("lamp", {18, 16, 13})),
-        window_(gltf_.lamp("window", {6, 7, 8})) {}
+        glow_(gltf_.lamp("lamp", {28, 25, 20})),
+        window_(gltf_.lamp("window", {4.5, 5.2, 6})) {}
 
   void make(const std::string& path) {
     shell();
@@ -53,8 +53,8 @@ class Room {
     gltf_.node("table top", top, {{"translation", {at.x, .745, at.z}}});
     for (const double x : {-.8, .8})
       for (const double z : {-.38, .38}) gltf_.node("table leg", leg, {{"translation", {at.x + x, 0, at.z + z}}});
-    const int seat = gltf_.mesh("seat", box({.42, .05, .42}, 12), wood_);
-    const int back = gltf_.mesh("chair back", box({.42, .45, .03}, 12), wood_);
+    const int seat = gltf_.mesh("seat", box({.42, .05, .42}, 8), wood_);
+    const int back = gltf_.mesh("chair back", box({.42, .45, .03}, 8), wood_);
     const int chair_leg = gltf_.mesh("chair leg", rod({0, 0, 0}, {0, .45, 0}, .018, 32), steel_);
     for (int i = 0; i < 6; ++i) {
       const double side = i < 3 ? 1 : -1, x = at.x + (i % 3 - 1) * .58, z = at.z + side * .62;
@@ -64,9 +64,9 @@ class Room {
         for (const double dz : {-.18, .18})
           gltf_.node("chair leg", chair_leg, {{"translation", {x + dx, 0, z + dz}}});
     }
-    const int bowl = gltf_.mesh("bowl", lathe(bowl_profile(), 96), clay_);
+    const int bowl = gltf_.mesh("bowl", lathe(bowl_profile(), 64), clay_);
     gltf_.node("bowl", bowl, {{"translation", {at.x, .771, at.z}}});
-    const int fruit = gltf_.mesh("fruit", sphere(.045, 48, 24), gltf_.diffuse("fruit", {.75, .35, .04}));
+    const int fruit = gltf_.mesh("fruit", sphere(.045, 32, 16), gltf_.diffuse("fruit", {.75, .35, .04}));
     for (int i = 0; i < 6; ++i)
       gltf_.node("fruit", fruit,
                  {{"translation", {at.x + .065 * std::cos(i * 1.05), .825, at.z + .065 * std::sin(i * 1.05)}}});
@@ -94,7 +94,7 @@ class Room {
     std::vector<int> books;
     for (const Vec& colour : colours) {
       const std::string name = "book " + std::to_string(books.size());
-      books.push_back(gltf_.mesh(name, box({.2, 1, 1}, 3), gltf_.diffuse(name, colour)));
+      books.push_back(gltf_.mesh(name, box({.2, 1, 1}, 2), gltf_.diffuse(name, colour)));
     }
     uint32_t state = 1997;  // a linear congruential generator: the same books every time
     const auto chance = [&state] {
@@ -114,25 +114,32 @@ class Room {
 
   void vases() {
     std::vector<std::array<double, 2>> profile;
-    for (int i = 0; i <= 60; ++i) {
-      const double t = i / 60.;
+    for (int i = 0; i <= 40; ++i) {
+      const double t = i / 40.;
       profile.push_back({i == 0 ? 0 : .05 + .11 * std::sin(kPi * std::pow(t, .7)) + .02 * t, .55 * t});
     }
-    const int vase = gltf_.mesh("vase", lathe(profile, 96), clay_);
+    const int vase = gltf_.mesh("vase", lathe(profile, 72), clay_);
     const double places[][3] = {{-2.4, 0, 1.6}, {2.5, 0, -.6}, {-1.2, 0, -2.1}, {-2.5, 0, 2.1}};
     for (const auto& p : places) gltf_.node("vase", vase, {{"translation", {p[0], p[1], p[2]}}});
-    const int ball = gltf_.mesh("steel ball", sphere(.16, 96, 48), steel_);
+    const int ball = gltf_.mesh("steel ball", sphere(.16, 64, 32), steel_);
     gltf_.node("steel ball", ball, {{"translation", {-1.5, .16, -1.7}}});
     gltf_.node("steel ball", ball, {{"translation", {-.9, .16, -2}}, {"scale", {.8, .8, .8}}});
   }
 
   void sofa(Vec at) {
-    const int cushion = gltf_.mesh("cushion", sphere(.5, 64, 40), cloth_);
+    const int seat = gltf_.mesh("sofa seat", box({.62, .2, .78}, 12), cloth_);
+    const int back = gltf_.mesh("sofa back", box({.62, .55, .2}, 12), cloth_);
+    const int pillow = gltf_.mesh("pillow", sphere(.5, 48, 24), clay_);
     for (int i = 0; i < 3; ++i) {
-      const double x = at.x - .6 + .6 * i;
-      gltf_.node("seat cushion", cushion, {{"translation", {x, .38, at.z}}, {"scale", {.62, .3, .8}}});
-      gltf_.node("back cushion", cushion, {{"translation", {x, .75, at.z - .35}}, {"scale", {.6, .7, .3}}});
+      const double x = at.x - .645 + .645 * i;
+      gltf_.node("sofa seat", seat, {{"translation", {x, .43, at.z + .03}}});
+      gltf_.node("sofa back", back, {{"translation", {x, .78, at.z - .3}}, {"rotation", turn({1, 0, 0}, -.15)}});
     }
+    for (const double side : {-1, 1})
+      gltf_.node("pillow", pillow,
+                 {{"translation", {at.x + side * .75, .7, at.z - .08}},
+                  {"rotation", turn({1, 0, 0}, -.4)},
+                  {"scale", {.42, .42, .16}}});
     gltf_.place("sofa base", box({1.95, .3, .85}, 10), cloth_, {{"translation", {at.x, .17, at.z}}});
   }
 

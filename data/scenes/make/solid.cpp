@@ -151,14 +151,13 @@ void depth_of_field(const std::string& folder) {
 }
 
 void motion(const std::string& folder) {
-  Gltf gltf(
-      "A ball in flight, a turning propeller and a swinging camera's stillness: the shutter is open for 1/50 s");
+  Gltf gltf("A ball in flight and a turning propeller; the shutter is open for 1/50 s");
   const int pale = gltf.diffuse("pale", {.7, .7, .7}), dark = gltf.diffuse("dark", {.2, .22, .25});
   checker_floor(gltf, 8, pale, dark);
   const int red = gltf.diffuse("red", {.8, .1, .06}), white = gltf.diffuse("white", {.85, .85, .85});
   gltf.place("resting ball", sphere(.3, 96, 48), white, {{"translation", {-1.4, .3, .3}}});
   const int flying = gltf.place("flying ball", sphere(.22, 96, 48), red);
-  gltf.animate(flying, "translation", {0, .1}, {-.9, .6, .8, 2.1, 1.6, .8}, 3);  // 30 m/s to the right
+  gltf.animate(flying, "translation", {0, .1}, {-1.2, .8, .9, 1.3, 1.4, .9}, 3);  // 25 m/s to the right
   Shape blades;
   for (int i = 0; i < 3; ++i) {
     const double a = 2 * kPi * i / 3, c = std::cos(a), s = std::sin(a);
@@ -169,7 +168,7 @@ void motion(const std::string& folder) {
     blades.quad(t - thick, r - thick, q - thick, p - thick);
   }
   blades.add(sphere(.13, 48, 24));
-  const int propeller = gltf.place("propeller", blades, white, {{"translation", {.7, 1, -.4}}});
+  const int propeller = gltf.place("propeller", blades, white, {{"translation", {1.35, 1.1, -.4}}});
   std::vector<double> times, turns;
   for (int i = 0; i <= 8; ++i) {  // 5 turns a second, in key frames a quarter turn apart
     times.push_back(.05 * i);
@@ -235,7 +234,7 @@ void texture(const std::string& folder) {
   floor.quad({-6, 0, 4}, {6, 0, 4}, {6, 0, -20}, {-6, 0, -20});
   panel.quad({-.5, 0, 0}, {.5, 0, 0}, {.5, 1, 0}, {-.5, 1, 0});
   gltf.place("floor", floor, printed("floor", smooth, {{"scale", {12, 24}}}));
-  gltf.place("sharp card", panel, printed("sharp card", sharp, json::object()), {{"translation", {-1.5, .05, 0}}});
+  gltf.place("sharp card", panel, printed("sharp card", sharp, json::object()), {{"translation", {-1.3, .05, 0}}});
   gltf.place("mirrored card", panel, printed("mirrored card", mirrored, {{"scale", {2, 2}}}),
              {{"translation", {-.35, .05, -.2}}, {"rotation", turn({0, 1, 0}, .3)}});
   gltf.place("turned card", panel,
@@ -250,12 +249,12 @@ void texture(const std::string& folder) {
   const int mesh = gltf.mesh("leaf", panel, green);
   for (int i = 0; i < 7; ++i)
     gltf.node("leaf " + std::to_string(i), mesh,
-              {{"translation", {1.75 + .12 * (i % 3), .1 + .2 * i, .2 - .1 * i}},
+              {{"translation", {1.55 + .12 * (i % 3), .1 + .2 * i, .2 - .1 * i}},
                {"rotation", turn({.3, 1, .2 * i - .5}, .7 * i)},
                {"scale", {.5, .5, .5}}});
   gltf.light("sun", {{"type", "directional"}, {"intensity", 2.6}}, {{"rotation", turn({1, .6, 0}, -.8)}});
   gltf.background({.5, .6, .75});
-  gltf.perspective({0, 1.2, 3.6}, {.1, .5, 0}, .6);
+  gltf.perspective({0, 1.2, 4}, {.1, .5, 0}, .6);
   gltf.save(folder + "texture.gltf");
 }
 
