@@ -46,8 +46,7 @@ CoatTable make_table() {
   CoatTable table;
   for (int r = 0; r < kRoughnesses; ++r) {
     auto& row = table.at[r];
-    for (int c = 0; c < kCosines; ++c)
-      row[c] = integrate(cosine_at(c), static_cast<float>(r) / (kRoughnesses - 1));
+    for (int c = 0; c < kCosines; ++c) row[c] = integrate(cosine_at(c), static_cast<float>(r) / (kRoughnesses - 1));
     // Twice the integral of cosine times E, which is linear between nodes.
     double at_normal = 0, at_grazing = 0;
     for (int c = 0; c + 1 < kCosines; ++c) {

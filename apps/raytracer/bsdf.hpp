@@ -71,7 +71,8 @@ CoatAlbedo coat_albedo(float cosine, float roughness);
 CoatAlbedo mean_coat_albedo(float roughness);
 
 // Reflectance at grazing angles over that at normal incidence, where the latter is below 1/50: so that a coat fades
-// away as its ior goes to 1, instead of leaving a rim (Lagarde and de Rousiers, Moving Frostbite to PBR, 2014, 3.1.3).
+// away as its ior goes to 1, instead of leaving a rim (Lagarde and de Rousiers, Moving Frostbite to PBR,
+// 2014, 3.1.3).
 inline constexpr float kGrazingPerNormal = 50;
 
 // What a hit knows of its material, textures read.
@@ -83,7 +84,7 @@ struct SurfaceMaterial {
 enum class Lobe { kNone, kDiffuse, kGlossy, kMirror, kRefraction };
 
 struct BsdfValue {
-  Float3 diffuse, glossy;  // f * |cos(from)|, apart; sharp lobes not included
+  Float3 diffuse, glossy;                 // f * |cos(from)|, apart; sharp lobes not included
   float diffuse_pdf = 0, glossy_pdf = 0;  // of sample(), the choice of the lobe included
   Float3 value() const { return diffuse + glossy; }
   float pdf() const { return diffuse_pdf + glossy_pdf; }
@@ -91,8 +92,8 @@ struct BsdfValue {
 
 struct BsdfSample {
   Float3 from;
-  Float3 weight;  // f * |cos(from)| / pdf
-  float pdf = 0;  // per solid angle, of all the lobes that are not sharp; 0 for a sharp lobe
+  Float3 weight;            // f * |cos(from)| / pdf
+  float pdf = 0;            // per solid angle, of all the lobes that are not sharp; 0 for a sharp lobe
   Lobe lobe = Lobe::kNone;  // kNone: the light ends here
 };
 
@@ -128,13 +129,13 @@ class Bsdf {
 
   Float3 to_;
   SurfaceMaterial material_;
-  Ggx ggx_{0};                 // alpha 0: sharp
-  bool has_coat_ = false;      // the coat or metal reflects
-  Float3 f0_{}, f90_{};        // its reflectance at normal and grazing incidence, times its part of the surface
+  Ggx ggx_{0};             // alpha 0: sharp
+  bool has_coat_ = false;  // the coat or metal reflects
+  Float3 f0_{}, f90_{};    // its reflectance at normal and grazing incidence, times its part of the surface
   float coat_f0_ = 0, coat_f90_ = 0;  // of the coat alone
-  Float3 matt_{};              // albedo of the matt base times its part, and times (1 - E(to)) / (1 - mean E)
-  float mean_through_ = 1;     // 1 - mean E
-  float glass_ = 0;            // the part of the surface that is glass
+  Float3 matt_{};                     // albedo of the matt base times its part, and times (1 - E(to)) / (1 - mean E)
+  float mean_through_ = 1;            // 1 - mean E
+  float glass_ = 0;                   // the part of the surface that is glass
   float glass_reflects_ = 0, glass_cos_t_ = 0, eta_ = 1;
   // Probabilities of following each lobe; their sum is 1, or 0 where nothing is followed.
   float follow_matt_ = 0, follow_coat_ = 0, follow_glass_ = 0;
@@ -226,7 +227,8 @@ BsdfSample Bsdf<kLobes>::sample(float choose, float u, float v) const {
     sample.lobe = Lobe::kRefraction;
     const float within = std::clamp((choose - (1 - follow_glass_)) / follow_glass_, 0.f, 1.f);
     const float tint = max_component(material_.base), let_through = (1 - glass_reflects_) * tint;
-    const float reflect = glass_reflects_ > 0 || let_through > 0 ? glass_reflects_ / (glass_reflects_ + let_through) : 1;
+    const float reflect =
+        glass_reflects_ > 0 || let_through > 0 ? glass_reflects_ / (glass_reflects_ + let_through) : 1;
     if (within < reflect || let_through <= 0) {
       sample.from = {-to_.x, -to_.y, to_.z};
       sample.weight = Float3{1, 1, 1} * (glass_ * glass_reflects_ / (follow_glass_ * reflect));

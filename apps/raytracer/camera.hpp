@@ -42,8 +42,7 @@ class FilmCamera {
       origin.y += radius * std::sin(angle);
       direction = {target.x - origin.x, target.y - origin.y, focus};
     }
-    const double size =
-        std::sqrt(direction.x * direction.x + direction.y * direction.y + direction.z * direction.z);
+    const double size = std::sqrt(direction.x * direction.x + direction.y * direction.y + direction.z * direction.z);
     Ray ray;
     ray.origin = in_world(pose, origin, pose.position_m, 1);
     ray.direction = in_world(pose, direction, {}, 1 / size);

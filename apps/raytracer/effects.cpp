@@ -11,9 +11,9 @@
 namespace triad::raytracer {
 namespace {
 
-constexpr std::array<const char*, kEffectCount> kNames{
-    "point-light", "area-light", "indirect-diffuse", "glossy",         "mirror",     "refraction",
-    "texture",     "alpha",      "environment",      "depth-of-field", "motion-blur"};
+constexpr std::array<const char*, kEffectCount> kNames{"point-light", "area-light",     "indirect-diffuse", "glossy",
+                                                       "mirror",      "refraction",     "texture",          "alpha",
+                                                       "environment", "depth-of-field", "motion-blur"};
 
 std::string all_names() {
   std::string names;
@@ -128,7 +128,8 @@ EffectAnalysis analyse_effects(const Scene& scene, int camera) {
     if (lobes.glossy) reasons.add(Effect::kGlossy, what);
     if (lobes.mirror) reasons.add(Effect::kMirror, what);
     if (lobes.refraction) reasons.add(Effect::kRefraction, what);
-    if (lobes.refraction && (material.roughness >= kSmoothRoughness || material.metallic_roughness_texture.texture >= 0))
+    if (lobes.refraction &&
+        (material.roughness >= kSmoothRoughness || material.metallic_roughness_texture.texture >= 0))
       warnings.push_back(scene.file + ": " + what + ": rough transmission is drawn smooth");
   }
   if (seen_by.aperture_radius_m > 0)

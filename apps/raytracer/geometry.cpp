@@ -52,8 +52,8 @@ void put(R& packet, int i, const Ray& ray, int id) {
 }
 
 RTCRay single(const Ray& ray, int id) {
-  return {ray.origin.x,    ray.origin.y,    ray.origin.z, 0,   ray.direction.x,           ray.direction.y,
-          ray.direction.z, ray.time,        ray.end,      ~0u, static_cast<unsigned>(id), 0};
+  return {ray.origin.x,    ray.origin.y, ray.origin.z, 0,   ray.direction.x,           ray.direction.y,
+          ray.direction.z, ray.time,     ray.end,      ~0u, static_cast<unsigned>(id), 0};
 }
 
 template <int K>
@@ -183,8 +183,7 @@ void Geometry::add(const Mesh& mesh, uint32_t id, EffectSet effects) {
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
                              sizeof(mesh.indices[0]), mesh.indices.size());
   if (effects.has(Effect::kAlpha) && scene_.materials[mesh.material].alpha_mode != AlphaMode::kOpaque) {
-    alpha_users_.push_back(
-        std::make_unique<AlphaUser>(AlphaUser{&scene_, &mesh, effects.has(Effect::kTexture)}));
+    alpha_users_.push_back(std::make_unique<AlphaUser>(AlphaUser{&scene_, &mesh, effects.has(Effect::kTexture)}));
     rtcSetGeometryUserData(geometry, alpha_users_.back().get());
     rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
     rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);
@@ -253,28 +252,32 @@ Surface Geometry::surface(const Ray& ray, HitId hit, bool texcoords) const {
   double u = 1. / 3, v = 1. / 3;
   Surface surface;
   if (determinant != 0) {
-    u = std::clamp(inner(to_origin, across) / determinant, 0., 1.);
-    v = std::clamp(inner(direction, along) / determinant, 0., 1. - u);
-    surface.distance = static_cast<float>(std::max(0., inner(edge2, along) / determinant));
+    const double inverse = 1 / determinant;
+    u = std::clamp(inner(to_origin, across) * inverse, 0., 1.);
+    v = std::clamp(inner(direction, along) * inverse, 0., 1. - u);
+    surface.distance = static_cast<float>(std::max(0., inner(edge2, along) * inverse));
   }
   const double w = 1 - u - v;
   surface.to_edge = static_cast<float>(std::min(u, std::min(v, w)));
   surface.position = {static_cast<float>(at[0].x + u * edge1.x + v * edge2.x),
                       static_cast<float>(at[0].y + u * edge1.y + v * edge2.y),
                       static_cast<float>(at[0].z + u * edge1.z + v * edge2.z)};
-  const double size = std::sqrt(inner(normal, normal));
-  surface.area_m2 = static_cast<float>(size / 2);
-  surface.geometric_normal =
-      size > 0 ? Float3{static_cast<float>(normal.x / size), static_cast<float>(normal.y / size),
-                        static_cast<float>(normal.z / size)}
-               : -normalise_safely(ray.direction);
+  const double square = inner(normal, normal);
+  if (square > 0) {
+    const double size = std::sqrt(square), inverse = 1 / size;
+    surface.area_m2 = static_cast<float>(size / 2);
+    surface.geometric_normal = {static_cast<float>(normal.x * inverse), static_cast<float>(normal.y * inverse),
+                                static_cast<float>(normal.z * inverse)};
+  } else {
+    surface.geometric_normal = -normalise_safely(ray.direction);
+  }
   // Embree tests the next ray in float, with corners relative to its origin: its errors are a few ulps of the
   // farthest corner's distance; storing the position costs half an ulp of its largest coordinate.
   constexpr float kUlps = 8 * std::numeric_limits<float>::epsilon();
   const auto largest = [](Float3 a) { return std::max(std::abs(a.x), std::max(std::abs(a.y), std::abs(a.z))); };
-  surface.offset_m = kUlps * (largest(surface.position) +
-                              std::max(largest(at[0] - surface.position),
-                                       std::max(largest(at[1] - surface.position), largest(at[2] - surface.position))));
+  surface.offset_m = kUlps * (largest(surface.position) + std::max(largest(at[0] - surface.position),
+                                                                   std::max(largest(at[1] - surface.position),
+                                                                            largest(at[2] - surface.position))));
 
   const float fu = static_cast<float>(u), fv = static_cast<float>(v), fw = static_cast<float>(w);
   surface.shading_normal = surface.geometric_normal;

@@ -58,7 +58,7 @@ class Geometry {
   // Bits of the rays that are blocked.
   uint32_t occluded(const Ray* rays, uint32_t active, const uint64_t* lane_keys, bool coherent) const;
 
-  // Needs texture coordinates: pass false where nothing reads them.
+  // texcoords: false where nothing reads them.
   Surface surface(const Ray& ray, HitId hit, bool texcoords) const;
   // The triangle's corners at a time.
   std::array<Float3, 3> corners(HitId triangle, float time) const;

@@ -33,6 +33,7 @@ struct KernelScene {
   EffectSet effects;
   std::vector<LobeSet> lobes;  // for each material, those that are drawn
   bool motion;
+  bool camera_draws;  // lens, time or alpha: a camera ray alone needs random numbers
   uint64_t seed;
   int max_depth;
 };

@@ -84,8 +84,7 @@ Float3 emitted_radiance(const Scene& scene, const Material& material, const std:
   return material.emission * Float3{texel[0], texel[1], texel[2]};
 }
 
-Lights::Lights(const Scene& scene, const Geometry& geometry, EffectSet effects)
-    : scene_(scene), geometry_(geometry) {
+Lights::Lights(const Scene& scene, const Geometry& geometry, EffectSet effects) : scene_(scene), geometry_(geometry) {
   std::vector<double> powers;  // in watts per nanometre, or whatever unit the scene's light has
   const Float3 extent = scene.bounds_max_m - scene.bounds_min_m;
   const double radius_m = std::max(1e-9, std::hypot(double{extent.x}, double{extent.y}, double{extent.z}) / 2);
@@ -147,7 +146,8 @@ void Lights::make_environment(std::vector<double>& powers, double scene_radius_m
       column_cdf_[static_cast<size_t>(y) * image.width + x] =
           static_cast<float>(sum > 0 ? sums[x] / sum : (x + 1.) / image.width);
     // Times the solid angle of the row's texels.
-    total += sum * 2 * kPiD / image.width * (std::cos(kPiD * y / image.height) - std::cos(kPiD * (y + 1) / image.height));
+    total +=
+        sum * 2 * kPiD / image.width * (std::cos(kPiD * y / image.height) - std::cos(kPiD * (y + 1) / image.height));
     rows[y] = total;
   }
   if (!(total > 0)) return;
@@ -180,7 +180,8 @@ bool Lights::sample_punctual(const Light& light, Float3 point, float scale, Ligh
   const double x = double{light.position_m.x} - point.x, y = double{light.position_m.y} - point.y,
                z = double{light.position_m.z} - point.z, square = x * x + y * y + z * z, distance = std::sqrt(square);
   if (!(distance > 0)) return false;
-  out.towards = {static_cast<float>(x / distance), static_cast<float>(y / distance), static_cast<float>(z / distance)};
+  out.towards = {static_cast<float>(x / distance), static_cast<float>(y / distance),
+                 static_cast<float>(z / distance)};
   out.distance = static_cast<float>(distance);
   out.radiance = light.intensity * (scale * static_cast<float>(std::min(1 / square, 1e30)));
   if (light.kind == LightKind::kPoint) return true;

@@ -65,10 +65,10 @@ class Lights {
   const Scene& scene_;
   const Geometry& geometry_;
   AliasTable choice_;
-  std::vector<uint32_t> punctual_;        // entry -> index into Scene::lights; the first entries
-  std::vector<HitId> triangles_;          // the next entries
-  std::vector<uint32_t> first_of_mesh_;   // mesh -> entry of its first triangle, or kNone
-  uint32_t environment_entry_ = kNone;    // the last entry
+  std::vector<uint32_t> punctual_;       // entry -> index into Scene::lights; the first entries
+  std::vector<HitId> triangles_;         // the next entries
+  std::vector<uint32_t> first_of_mesh_;  // mesh -> entry of its first triangle, or kNone
+  uint32_t environment_entry_ = kNone;   // the last entry
   // Cumulative distributions of the environment image, by row and within each row; each ends in 1.
   std::vector<float> row_cdf_, column_cdf_;
 };

@@ -21,8 +21,8 @@ inline LobeSet possible_lobes(const Material& material) {
   const bool dielectric = material.metallic < 1 || mixed;
   const bool black = material.base_color == Float3{};
   lobes.refraction = dielectric && material.transmission > 0;
-  const bool opaque = !dielectric || material.metallic > 0 || material.transmission < 1 ||
-                      material.transmission_texture.texture >= 0;
+  const bool opaque =
+      !dielectric || material.metallic > 0 || material.transmission < 1 || material.transmission_texture.texture >= 0;
   if (!opaque) return lobes;
   lobes.diffuse = dielectric && !black && (material.transmission < 1 || material.transmission_texture.texture >= 0);
   // An ior of 1 has no coat, and a metal always reflects, a black one at grazing angles.

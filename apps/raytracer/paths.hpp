@@ -51,8 +51,8 @@ class PathKernel {
 
   struct Path {
     Float3 radiance, throughput{1, 1, 1};
-    float pdf = 0;          // of the last direction; 0: it came from the camera or a sharp lobe
-    float squeeze = 1;      // how much of the throughput is due to refraction, which roulette shall not see
+    float pdf = 0;           // of the last direction; 0: it came from the camera or a sharp lobe
+    float squeeze = 1;       // how much of the throughput is due to refraction, which roulette shall not see
     bool sharp_only = true;  // seen directly or through mirrors and glass
     uint64_t key = 0;
     uint32_t index = 0;
@@ -100,10 +100,11 @@ class PathKernel {
   void start(int i, const SampleRequest& request) {
     Path& path = paths_[i];
     path = {};
-    const uint64_t seed = request.seed + scene_.seed;
-    path.key = SampleRandom::pixel_key(request.pixel_x, request.pixel_y, seed);
-    path.index = request.index;
-    lane_keys_[i] = mix_bits(path.key + kGoldenIncrement * (uint64_t{request.index} + 1));
+    if (kHasAims || kBounces || scene_.camera_draws) {
+      path.key = SampleRandom::pixel_key(request.pixel_x, request.pixel_y, request.seed + scene_.seed);
+      path.index = request.index;
+      lane_keys_[i] = mix_bits(path.key + kGoldenIncrement * (uint64_t{request.index} + 1));
+    }
     std::array<float, 2> lens{}, time{};
     if (scene_.camera.has_lens()) lens = sobol_owen_pair(path.index, kPairLens, path.key);
     if (scene_.motion) time = sobol_owen_pair(path.index, kPairTime, path.key);
@@ -224,8 +225,8 @@ class PathKernel {
     const auto choice = pair(path, depth, kPairLightChoice);
     LightSample light;
     const bool pictures = kHasPictures && scene_.effects.has(Effect::kTexture);
-    if (!scene_.lights.sample(surface.position, ray.time, double{choice[0]} + 0x1p-24 * double{choice[1]}, on_light[0],
-                              on_light[1], pictures, light))
+    if (!scene_.lights.sample(surface.position, ray.time, double{choice[0]} + 0x1p-24 * double{choice[1]},
+                              on_light[0], on_light[1], pictures, light))
       return;
     if (!(dot(light.towards, facing) > 0)) return;  // behind the triangle, whatever its shading normal says
     const BsdfValue value = bsdf.eval(frame.to_local(light.towards));
@@ -286,9 +287,9 @@ class PathKernel {
     return true;
   }
 
-  static constexpr float kLeastCosine = 1e-6f;     // towards the viewer; keeps the BSDF's divisions finite
-  static constexpr float kOnEdge = 1e-5f;          // barycentric; far above what Embree's rounding can decide
-  static constexpr float kBeforeLight = .9999f;    // of the way to the light: do not meet the light itself
+  static constexpr float kLeastCosine = 1e-6f;   // towards the viewer; keeps the BSDF's divisions finite
+  static constexpr float kOnEdge = 1e-5f;        // barycentric; far above what Embree's rounding can decide
+  static constexpr float kBeforeLight = .9999f;  // of the way to the light: do not meet the light itself
 
   const KernelScene& scene_;
   KernelCounts& counts_;
@@ -296,7 +297,7 @@ class PathKernel {
   Ray rays_[kLanes], shadow_rays_[kLanes];
   HitId hits_[kLanes];
   Float3 aims_[kLanes];
-  uint64_t lane_keys_[kLanes];
+  uint64_t lane_keys_[kLanes] = {};
   uint32_t aimed_ = 0;
 };
 

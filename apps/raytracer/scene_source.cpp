@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene_source.hpp"
 
-#include <atomic>
 #include <fmt/format.h>
+#include <atomic>
 #include <triad/base/error.hpp>
 
 #include "bsdf.hpp"
@@ -55,8 +55,16 @@ class PathTracer final : public SceneSource {
         geometry_(*owned_, effects_, options),
         lights_(*owned_, geometry_, effects_),
         camera_(owned_->cameras[static_cast<size_t>(camera_number())], options, effects_),
-        kernel_scene_{*owned_, geometry_, lights_, camera_, effects_, {}, effects_.has(Effect::kMotionBlur),
-                      options.seed, options.max_depth} {
+        kernel_scene_{*owned_,
+                      geometry_,
+                      lights_,
+                      camera_,
+                      effects_,
+                      {},
+                      effects_.has(Effect::kMotionBlur),
+                      camera_.has_lens() || effects_.has(Effect::kMotionBlur) || effects_.has(Effect::kAlpha),
+                      options.seed,
+                      options.max_depth} {
     const bool lit = effects_.has(Effect::kPointLight) || effects_.has(Effect::kAreaLight) ||
                      effects_.has(Effect::kIndirectDiffuse);
     for (const Material& material : owned_->materials) {

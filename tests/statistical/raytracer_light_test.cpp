@@ -77,7 +77,8 @@ TEST(Furnace, RoughMetalHasItsDirectionalAlbedo) {
     for (const double cosine : {.15, .5, .95}) {
       const double alpha = static_cast<double>(roughness) * static_cast<double>(roughness);
       const Estimate found = floor_in_furnace(metal({1, 1, 1}, roughness), cosine);
-      EXPECT_NEAR(found.mean, ggx_albedo(cosine, alpha), 3 * found.standard_error + 2e-5) << roughness << " " << cosine;
+      EXPECT_NEAR(found.mean, ggx_albedo(cosine, alpha), 3 * found.standard_error + 2e-5)
+          << roughness << " " << cosine;
       EXPECT_LE(found.mean, 1 + 1e-4);
     }
 }
@@ -139,7 +140,8 @@ TEST(Estimator, TwoSeedsAgree) {
     const auto a = evaluate(*source, requests(kSide, kSide, kSpp, 1));
     const auto b = evaluate(*source, requests(kSide, kSide, kSpp, 2));
     EXPECT_NE(a[kSpp * 70].rgb, b[kSpp * 70].rgb);
-    // Paths are stratified, so the scatter of single samples overstates the error of the means, and no z is too large.
+    // Paths are stratified, so the scatter of single samples overstates the error of the means, and no z is too
+    // large.
     int beyond = 0;
     double difference = 0, total_variance = 0;
     for (int p = 0; p < kSide * kSide; ++p) {

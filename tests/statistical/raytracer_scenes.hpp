@@ -84,11 +84,11 @@ inline Mesh quad(Float3 corner, Float3 a, Float3 b) {
 inline Mesh ball(int levels, float radius = 1, Float3 centre = {}) {
   Mesh mesh;
   const float g = static_cast<float>(std::numbers::phi);
-  std::vector<Float3> at{{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                         {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  mesh.indices = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                  {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-                  {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+  std::vector<Float3> at{{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                         {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  mesh.indices = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                  {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                  {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   for (int level = 0; level < levels; ++level) {
     std::map<std::pair<uint32_t, uint32_t>, uint32_t> middles;
     const auto middle = [&](uint32_t a, uint32_t b) {
@@ -156,8 +156,7 @@ inline std::vector<SampleRequest> requests(int width, int height, int spp, uint6
   std::vector<SampleRequest> list;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
-      for (int i = 0; i < spp; ++i)
-        list.push_back({x + .5, y + .5, 1, x, y, static_cast<uint32_t>(i), seed});
+      for (int i = 0; i < spp; ++i) list.push_back({x + .5, y + .5, 1, x, y, static_cast<uint32_t>(i), seed});
   return list;
 }
 
@@ -196,8 +195,7 @@ inline Estimate estimate(const std::vector<Sample>& samples, int spp) {
   return {mean, std::sqrt(std::max(0., squares / n - mean * mean) / (n - 1))};
 }
 
-inline std::unique_ptr<SceneSource> source_of(const Scene& scene, int width, int height,
-                                              SourceOptions options = {}) {
+inline std::unique_ptr<SceneSource> source_of(const Scene& scene, int width, int height, SourceOptions options = {}) {
   options.width = width;
   options.height = height;
   return make_scene_source(std::make_shared<const Scene>(scene), options);

@@ -48,7 +48,8 @@ std::vector<NamedScene> all_kinds() {
   kinds.push_back({"environment image", outdoors});
   Scene pictures = box(matt({.5f, .5f, .5f}), matt({1, 1, 1}));
   Texture holes{"holes", 4, 4, 4, {}};
-  for (int i = 0; i < 16; ++i) holes.texels.insert(holes.texels.end(), {.9f, .05f * static_cast<float>(i), .5f, i % 3 == 0 ? .2f : .9f});
+  for (int i = 0; i < 16; ++i)
+    holes.texels.insert(holes.texels.end(), {.9f, .05f * static_cast<float>(i), .5f, i % 3 == 0 ? .2f : .9f});
   pictures.textures.push_back(holes);
   pictures.materials[1].base_color_texture.texture = 0;
   pictures.materials[2].base_color_texture.texture = 0;
@@ -125,9 +126,10 @@ TEST(RayTracer, SaysWhichEffectsAndWhy) {
   scene.meshes[5].name = "lamp";
   scene.materials[4].name = "chrome";
   scene.materials[5].name = "window";
-  EXPECT_EQ(analyse_effects(scene, 0).text(),
-            "effects: area-light (mesh 'lamp'), indirect-diffuse (material 0), mirror (material 'chrome'), refraction "
-            "(material 'window')");
+  EXPECT_EQ(
+      analyse_effects(scene, 0).text(),
+      "effects: area-light (mesh 'lamp'), indirect-diffuse (material 0), mirror (material 'chrome'), refraction "
+      "(material 'window')");
   EXPECT_EQ(parse_effects("mirror,area-light"), parse_effects("area-light,mirror"));
   EXPECT_EQ(effects_text(parse_effects("mirror,area-light")), "area-light,mirror");
   EXPECT_EQ(parse_effects("none"), EffectSet{});
@@ -138,7 +140,7 @@ TEST(RayTracer, SaysWhichEffectsAndWhy) {
 }
 
 // Rays at points of a closed mesh's edges, or at its corners, from inside: how many find a way out.
-uint64_t leaks(int shots, bool corners, bool packets) {
+uint64_t leaks(int shots, bool corners, bool packets, float beside = 0) {
   Scene scene;
   add_mesh(scene, ball(4), add_material(scene, matt({1, 1, 1})));
   scene.cameras.push_back({});
@@ -155,7 +157,7 @@ uint64_t leaks(int shots, bool corners, bool packets) {
       const auto& corner = mesh.indices[random() % mesh.indices.size()];
       const Float3 a = mesh.positions[corner[0]], b = mesh.positions[corner[1]];
       ray.origin = {unit(random) - .5f, unit(random) - .5f, unit(random) - .5f};
-      ray.direction = normalise(lerp(a, b, corners ? 0 : unit(random)) - ray.origin);
+      ray.direction = normalise(lerp(a, b, corners ? beside : unit(random)) - ray.origin);
     }
     geometry.intersect(rays, 0xffff, keys, packets, hits);
     for (const HitId hit : hits) count += hit.mesh == kMiss ? 1 : 0;
@@ -166,6 +168,15 @@ uint64_t leaks(int shots, bool corners, bool packets) {
 TEST(RayTracer, NoRayLeavesAClosedMeshThroughItsEdges) {
   EXPECT_EQ(leaks(500'000, false, false), 0u);
   EXPECT_EQ(leaks(500'000, false, true), 0u);
+}
+
+// Embree signs each edge alike for both of its triangles, but not all the edges around a corner together: a ray aimed
+// at a corner to the last bit finds a pinhole in 1 of 400 cases. A few millionths beside it there is none.
+TEST(RayTracer, CornersHavePinholesOnlyForRaysAimedAtThem) {
+  EXPECT_LT(leaks(200'000, true, false), 1000u);
+  EXPECT_LT(leaks(200'000, true, true), 1000u);
+  // Of an edge of 7 cm: some 3e-6 m.
+  EXPECT_EQ(leaks(200'000, true, true, 5e-5f), 0u);
 }
 
 TEST(RayTracer, BlackSceneIsBlackAndCostsCameraRaysOnly) {

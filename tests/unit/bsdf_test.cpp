@@ -82,9 +82,9 @@ TEST(Bsdf, SamplesFollowTheirDensity) {
       int freedom = -1;
       for (int cell = 0; cell < kCells * kCells; ++cell) {
         const double z = cell / kCells, a = cell % kCells;
-        expected[cell] = kSamples * integrate([&](Float3 from) { return static_cast<double>(bsdf.eval(from).pdf()); },
-                                              z / kCells, (z + 1) / kCells, 2 * kPiD * a / kCells,
-                                              2 * kPiD * (a + 1) / kCells, 100);
+        expected[cell] =
+            kSamples * integrate([&](Float3 from) { return static_cast<double>(bsdf.eval(from).pdf()); }, z / kCells,
+                                 (z + 1) / kCells, 2 * kPiD * a / kCells, 2 * kPiD * (a + 1) / kCells, 100);
         inside += expected[cell];
       }
       EXPECT_LE(inside, kSamples * (1 + 2e-3));
@@ -119,14 +119,16 @@ TEST(Bsdf, NeverCreatesEnergy) {
       for (const float ior : {0.f, 1.f, 1.5f})
         for (const float transmission : {0.f, .5f, 1.f})
           for (const double cosine : {1e-3, .1, .5, 1.}) {
-            const Bsdf<> bsdf = bsdf_of(material({1, 1, 1}, metallic, roughness, ior, transmission),
-                                        direction(cosine, 0));
+            const Bsdf<> bsdf =
+                bsdf_of(material({1, 1, 1}, metallic, roughness, ior, transmission), direction(cosine, 0));
             double sum = 0;
             constexpr int kSteps = 16, kChoices = 256;
             for (int i = 0; i < kSteps; ++i)
               for (int j = 0; j < kSteps; ++j)
                 for (int k = 0; k < kChoices; ++k) {
-                  const auto at = [](int n, int of) { return (static_cast<float>(n) + .5f) / static_cast<float>(of); };
+                  const auto at = [](int n, int of) {
+                    return (static_cast<float>(n) + .5f) / static_cast<float>(of);
+                  };
                   const BsdfSample sample = bsdf.sample(at(k, kChoices), at(i, kSteps), at(j, kSteps));
                   if (sample.lobe == Lobe::kNone) continue;
                   ASSERT_TRUE(is_finite(sample.weight));
@@ -149,7 +151,8 @@ TEST(Fresnel, ClosedForms) {
     EXPECT_NEAR(fresnel_dielectric(0, eta, cos_t), 1, 1e-6);
     // At Brewster's angle, tan = n, one polarisation does not reflect at all, the other by (n^2 - 1) / (n^2 + 1).
     const double other = (n * n - 1) / (n * n + 1);
-    EXPECT_NEAR(fresnel_dielectric(static_cast<float>(1 / std::sqrt(1 + n * n)), eta, cos_t), other * other / 2, 1e-6);
+    EXPECT_NEAR(fresnel_dielectric(static_cast<float>(1 / std::sqrt(1 + n * n)), eta, cos_t), other * other / 2,
+                1e-6);
     // The same from inside at the refracted angle; total past the critical one.
     for (const double c : {.3, .7, .95}) {
       const float out = fresnel_dielectric(static_cast<float>(c), eta, cos_t);
