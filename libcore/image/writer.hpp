@@ -2,6 +2,7 @@
 // Writing picture files by strips, atomically.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <triad/image/image.hpp>
@@ -42,6 +43,10 @@ class ImageWriter {
   virtual void write_rows(int y0, int y1, const float* pixels, size_t row_stride) = 0;
   // After the last row: closes the file and gives it its name.
   virtual void commit() = 0;
+
+  // Roughly what the writer and its encoder hold at their peak, whatever the height: 1 MB, and as measured twice a
+  // group of 64 rows as stored (JPEG three times, EXR five times).
+  virtual uint64_t buffer_bytes() const = 0;
 };
 
 void write_image(const std::string& path, const Image& image, const WriteOptions& options = {});

@@ -450,3 +450,21 @@ TEST(ImageWriter, GreyIsWrittenThreeTimesWhereOnlyRgbIs) {
   EXPECT_EQ(read.pixels[3], 64.f / 255);
   EXPECT_EQ(read.pixels[5], 64.f / 255);
 }
+
+TEST(ImageWriter, BuffersGrowWithTheWidthAndNotTheHeight) {
+  const Folder folder;
+  const auto held = [&](const std::string& name, int width, int height, Depth depth = Depth::kDefault) {
+    triad::ImageSpec spec = picture(1, 1).spec;
+    spec.width = width;
+    spec.height = height;
+    return ImageWriter::open(folder / name, spec, options_of(depth))->buffer_bytes();
+  };
+  constexpr uint64_t kMega = 1 << 20, kGroup = uint64_t{64} * 1000 * 3 * sizeof(float);
+  EXPECT_EQ(held("a.tif", 1000, 64), kMega + 2 * kGroup);
+  EXPECT_EQ(held("a.tif", 1000, 5000), kMega + 2 * kGroup);
+  EXPECT_EQ(held("a.tif", 3000, 64), kMega + 6 * kGroup);
+  EXPECT_EQ(held("a.tif", 1000, 64, Depth::kUint8), kMega + kGroup / 2);
+  EXPECT_EQ(held("a.exr", 1000, 64), kMega + 5 * kGroup);
+  EXPECT_EQ(held("a.jpg", 1000, 64), kMega + 3 * kGroup / 4);
+  EXPECT_EQ(folder.file_count(), 0u);
+}
