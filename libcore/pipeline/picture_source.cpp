@@ -19,8 +19,8 @@ class FileSource final : public PictureSource {
   }
   uint64_t memory_bytes() const override {
     // The block cache, and what the decoder holds of its own, which is about as much again.
-    return uint64_t{2} * static_cast<uint64_t>(reader_->block_rows()) * spec_.width * spec_.channels.size() *
-           sizeof(float);
+    return reader_->decoder_bytes() + uint64_t{2} * static_cast<uint64_t>(reader_->block_rows()) * spec_.width *
+                                          spec_.channels.size() * sizeof(float);
   }
 
  private:

@@ -498,6 +498,9 @@ void Run::Impl::fit_memory() {
                                                   static_cast<uint64_t>(sysconf(_SC_PAGESIZE)) / 2;
   uint64_t fixed = kBaseBytes + input->memory_bytes();
   for (const Reference& reference : references) fixed += reference.source->memory_bytes();
+  // Encoders hold some blocks of rows: about three of 64 rows, measured over the formats.
+  for (const PictureOutput& out : outputs)
+    fixed += (1u << 20) + uint64_t{3} * 64 * out.spec.width * out.spec.channels.size() * sizeof(float);
   // A held picture lives until the drive after the one that reads it: count the worst pair.
   uint64_t held_before = 0;
   peak_bytes = 0;
