@@ -69,7 +69,7 @@ int run_main(int argc, char** argv) {
   triad::app::setup_plugin(app);
   if (argc == 1) {
     std::cerr << "triad: name a verb: "
-              << "run, compare, render, info, list, help or plugin; see triad --help" << std::endl;
+              << "run, compare, render, study, info, list, help or plugin; see triad --help" << std::endl;
     return 2;
   }
   try {
