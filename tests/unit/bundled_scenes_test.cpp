@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <raytracer/gltf_loader.hpp>
+#include <raytracer/scene_source.hpp>
 
 #include "picture_files.hpp"
 
@@ -108,6 +109,42 @@ TEST(BundledScenes, AreWhatTheGeneratorWrites) {
   for (const Bundled& bundled : kBundled) {
     const std::string file = std::string(bundled.name) + ".gltf";
     EXPECT_TRUE(bytes_of(folder / file) == bytes_of(kScenes + file)) << file;
+  }
+}
+
+// A kernel for the scene's effects and the kernel with everything in it draw the same bits, and count no ray
+// for what is not there.
+TEST(BundledScenes, SpecialisedKernelsDrawTheSameBits) {
+  for (const Bundled& bundled : kBundled) {
+    const auto scene = std::make_shared<const Scene>(load(bundled.name));
+    SourceOptions options;
+    options.width = 64;
+    options.height = 36;
+    const auto specialised = make_scene_source(scene, options);
+    options.specialise = false;
+    const auto everything = make_scene_source(scene, options);
+    std::vector<triad::SampleRequest> requests;
+    for (int y = 0; y < options.height; ++y)
+      for (int x = 0; x < options.width; ++x)
+        for (uint32_t index = 0; index < 2; ++index)
+          requests.push_back({x + .25 + .5 * index, y + .5, 1, x, y, index, 7});
+    std::vector<triad::Sample> a(requests.size()), b(requests.size());
+    specialised->eval(requests, a);
+    everything->eval(requests, b);
+    double light = 0;
+    for (size_t i = 0; i < a.size(); ++i) {
+      ASSERT_EQ(a[i].rgb, b[i].rgb) << bundled.name << ", sample " << i;
+      light += a[i].rgb[1];
+    }
+    EXPECT_GT(light, 0) << bundled.name;
+    const EffectSet effects = specialised->effects();
+    const auto none_without = [&](Effect effect, RayKind kind) {
+      EXPECT_TRUE(effects.has(effect) || specialised->rays(kind) == 0) << bundled.name << ", " << ray_kind_name(kind);
+    };
+    none_without(Effect::kMirror, RayKind::kMirror);
+    none_without(Effect::kRefraction, RayKind::kRefraction);
+    none_without(Effect::kGlossy, RayKind::kGlossy);
+    none_without(Effect::kIndirectDiffuse, RayKind::kDiffuse);
   }
 }
 
