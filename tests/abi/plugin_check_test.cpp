@@ -59,7 +59,7 @@ TEST(PluginCheck, SurvivesLoading) {
   EXPECT_THAT(failures(triad::check_plugin(offender("crash-on-load"))), testing::ElementsAre("call.crash"));
   const auto start = std::chrono::steady_clock::now();
   EXPECT_THAT(failures(triad::check_plugin(offender("hang-on-load"), "", .3)), testing::ElementsAre("call.hang"));
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(15));  // not the 20 s by default
   EXPECT_THAT(failures(triad::check_plugin(offender("fast-math"))), testing::ElementsAre("float.control-word"));
 }
 

@@ -229,7 +229,8 @@ TEST(ImageErrors, AMillionSquaredIsRefusedAtOnce) {
       EXPECT_THAT(error, testing::AnyOf(HasSubstr("absurd"), HasSubstr("claimed in a file of"))) << name;
     }
   }
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
+  // Reading what is claimed would take hours; a busy machine gets its time.
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
   EXPECT_LT(peak_kb() - before, 100000);  // a sanitizer keeps freed memory, too
 }
 
