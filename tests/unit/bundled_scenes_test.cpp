@@ -104,7 +104,7 @@ TEST(BundledScenes, HoldWhatTheyAreFor) {
 
 TEST(BundledScenes, AreWhatTheGeneratorWrites) {
   const picture_files::Folder folder;
-  ASSERT_EQ(std::system((std::string(TRIAD_MAKE_SCENES) + " " + folder.path()).c_str()), 0);
+  ASSERT_EQ(std::system(("'" TRIAD_MAKE_SCENES "' '" + std::string(folder.path()) + "'").c_str()), 0);
   EXPECT_EQ(folder.file_count(), std::size(kBundled));
   for (const Bundled& bundled : kBundled) {
     const std::string file = std::string(bundled.name) + ".gltf";
