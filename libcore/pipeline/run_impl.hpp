@@ -97,6 +97,8 @@ struct Run::Impl {
   void add_outputs();
   void check_paths() const;
   void add_metrics(PluginHost& host);
+
+  // run_drives.cpp
   void plan_drives();
   int uneven_level(int first) const;
   void fit_memory();
