@@ -35,6 +35,12 @@ const CLI::Validator kNotEmpty(
 
 const CLI::Validator& not_empty() { return kNotEmpty; }
 
+namespace {
+void add_text(CLI::App& verb, const char* name, std::string& value, const std::string& doc, const char* type) {
+  verb.add_option(name, value, doc)->type_name(type)->check(not_empty());
+}
+}  // namespace
+
 void HostOptions::add_plugin_path(CLI::App& verb) {
   verb.add_option("--plugin-path", plugin_path, "A folder or file to look for plugins in first; may be repeated")
       ->type_name("PATH")
@@ -50,17 +56,15 @@ void PictureOptions::add(CLI::App& verb, const std::string& to_doc) {
   verb.add_option("--cells", cells, "Fine cells per display pixel of the input, e.g. 3x1 for a wide render")
       ->type_name("XxY")
       ->check(not_empty());
-  const auto add_text = [&](const char* name, std::string& value, const std::string& doc, const char* type) {
-    verb.add_option(name, value, doc)->type_name(type)->check(not_empty());
-  };
-  add_text("--ref-cells", ref_cells, "The same for the reference", "XxY");
-  add_text("--from", from, "Colour space of the input (default: what the file says)", "SPACE");
-  add_text("--ref-from", ref_from, "Colour space of the reference", "SPACE");
-  add_text("--to", to, to_doc, "SPACE");
-  add_text("--part", part, "Part of a multi-part file, by name or number from 0", "PART");
-  add_text("--ref-part", ref_part, "Part of the reference", "PART");
-  add_text("--channels", channels, "Channels to read, as in R,G,B or a layer's name; see triad info", "A,B,...");
-  add_text("--ref-channels", ref_channels, "Channels of the reference (compare: as --channels by default)",
+  add_text(verb, "--ref-cells", ref_cells, "The same for the reference", "XxY");
+  add_text(verb, "--from", from, "Colour space of the input (default: what the file says)", "SPACE");
+  add_text(verb, "--ref-from", ref_from, "Colour space of the reference", "SPACE");
+  add_text(verb, "--to", to, to_doc, "SPACE");
+  add_text(verb, "--part", part, "Part of a multi-part file, by name or number from 0", "PART");
+  add_text(verb, "--ref-part", ref_part, "Part of the reference", "PART");
+  add_text(verb, "--channels", channels, "Channels to read, as in R,G,B or a layer's name; see triad info",
+           "A,B,...");
+  add_text(verb, "--ref-channels", ref_channels, "Channels of the reference (compare: as --channels by default)",
            "A,B,...");
   verb.add_option("--threads", threads, "Threads (default: all cores)")
       ->type_name("N")
@@ -68,7 +72,8 @@ void PictureOptions::add(CLI::App& verb, const std::string& to_doc) {
   verb.add_option("--strip-rows", strip_rows, "Rows worked on together (default: by size); never changes the result")
       ->type_name("N")
       ->check(CLI::Range(1, 1 << 30));
-  add_text("--max-memory", max_memory, "Memory to stay within, e.g. 400M (default: half of the machine's)", "BYTES");
+  add_text(verb, "--max-memory", max_memory, "Memory to stay within, e.g. 400M (default: half of the machine's)",
+           "BYTES");
 }
 
 bool PictureOptions::names_reference() const {
@@ -118,19 +123,16 @@ void MetricOptions::add(CLI::App& verb, const std::string& reference_doc) {
                             const char* type) {
     verb.add_option(name, values, doc)->type_name(type)->allow_extra_args(false)->check(not_empty());
   };
-  const auto add_text = [&](const char* name, std::string& value, const std::string& doc, const char* type) {
-    verb.add_option(name, value, doc)->type_name(type)->check(not_empty());
-  };
   add_list("-m,--metric", metrics, "A metric: name, name:key=value,... or either with @label; may be repeated",
            "METRIC");
   add_list("--ref,--reference", references, reference_doc, "FILE");
-  add_text("--map", map, "Write the error map; a folder (ending in /) for several", "FILE");
-  add_text("--json", json, "Write the results as JSON; - for standard output", "FILE");
-  add_text("--csv", csv, "Write the scores as CSV; - for standard output", "FILE");
+  add_text(verb, "--map", map, "Write the error map; a folder (ending in /) for several", "FILE");
+  add_text(verb, "--json", json, "Write the results as JSON; - for standard output", "FILE");
+  add_text(verb, "--csv", csv, "Write the scores as CSV; - for standard output", "FILE");
   add_list("--fail-above", fail_above, "Exit with 1 if a score is above a value: LABEL.SCORE=VALUE", "L.S=V");
   add_list("--fail-below", fail_below, "Exit with 1 if a score is below a value", "L.S=V");
-  add_text("--crop", crop, "Pool scores inside this part of the test picture only", "X,Y,W,H");
-  add_text("--mask", mask, "Pool scores weighted by this picture's first channel", "FILE");
+  add_text(verb, "--crop", crop, "Pool scores inside this part of the test picture only", "X,Y,W,H");
+  add_text(verb, "--mask", mask, "Pool scores weighted by this picture's first channel", "FILE");
 }
 
 std::vector<Threshold> MetricOptions::thresholds() const {

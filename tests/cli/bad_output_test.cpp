@@ -68,12 +68,14 @@ TEST_F(BadOutput, DiskIsFull) {
 
 TEST_F(BadOutput, StandardOutputIsFull) {
   // /dev/full is what a full disk looks like on stdout; a report that was lost must not count as success.
-  const std::string program = TRIAD_PROGRAM;
-  const std::string command = "cd '" + folder_.string() + "' && '" + program +
-                              "' compare in.exr --ref in.exr -m error --json - >/dev/full 2>err";
-  const int status = std::system(command.c_str());
-  EXPECT_EQ(WEXITSTATUS(status), 2);
-  EXPECT_NE(load_text(path("err")).find("standard output"), std::string::npos) << load_text(path("err"));
+  for (const std::string& words : std::vector<std::string>{
+           "compare in.exr --ref in.exr -m error --json -", "compare in.exr --ref in.exr -m error", "list",
+           "info in.exr", "run in.exr box:x=2 -o out.exr --explain"}) {
+    const std::string command = "cd '" + folder_.string() + "' && '" TRIAD_PROGRAM "' " + words + " >/dev/full 2>err";
+    const int status = std::system(command.c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 2) << words;
+    EXPECT_NE(load_text(path("err")).find("standard output"), std::string::npos) << load_text(path("err"));
+  }
 }
 
 TEST_F(BadOutput, IsTheInput) {
