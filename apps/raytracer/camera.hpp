@@ -4,6 +4,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <span>
+#include <triad/numeric/widest.hpp>
+#include <triad/sampling/source.hpp>
 
 #include "geometry.hpp"
 
@@ -22,6 +25,38 @@ class FilmCamera {
   }
 
   bool has_lens() const { return lens_; }
+  // Whether every ray starts and ends at one time and depends on its place on the film alone, so that rays() serves.
+  bool is_plain() const { return !lens_ && !moves_; }
+
+  // The rays of up to kLanes places on the film for a camera that is_plain(): bit for bit those of ray().
+  void rays(std::span<const SampleRequest> requests, LaneRays& out) const {
+    alignas(64) double right[kLanes] = {}, up[kLanes] = {};
+    for (size_t i = 0; i < requests.size(); ++i) {
+      right[i] = requests[i].x;
+      up[i] = requests[i].y;
+    }
+    const CameraPose pose = camera_.poses.front();
+    const double width = width_, height = height_, half_width = half_width_, half_height = half_height_;
+    const bool orthographic = camera_.orthographic;
+    run_widest([&]() TRIAD_INLINE_BODY {
+      for (int i = 0; i < kLanes; ++i) {
+        right[i] = (2 * right[i] / width - 1) * half_width;
+        up[i] = (1 - 2 * up[i] / height) * half_height;
+      }
+      if (orthographic) {
+        for (int i = 0; i < kLanes; ++i) {
+          const Double3 origin{right[i], up[i], 0};
+          out.set(i, in_world(pose, origin, pose.position_m, 1), in_world(pose, {0, 0, 1}, {}, 1));
+        }
+      } else {
+        const Float3 origin = in_world(pose, {}, pose.position_m, 1);
+        for (int i = 0; i < kLanes; ++i) {
+          const double size = std::sqrt(right[i] * right[i] + up[i] * up[i] + 1.);
+          out.set(i, origin, in_world(pose, {right[i], up[i], 1}, {}, 1 / size));
+        }
+      }
+    });
+  }
 
   // x, y: film position; lens_u, lens_v in [0, 1): a point of the lens; time: 0 ... 1 over the shutter's time.
   Ray ray(double x, double y, float lens_u, float lens_v, float time) const {

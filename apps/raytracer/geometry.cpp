@@ -77,6 +77,43 @@ void intersect_packets(RTCScene tree, TraceContext& context, const Ray* rays, ui
 }
 
 template <int K>
+void first_hit_packets(RTCScene tree, TraceContext& context, const LaneRays& rays, int n, LaneHits& hits) {
+  alignas(64) uint32_t near_edge[kLanes];
+  for (int first = 0; first < n; first += K) {
+    alignas(64) int valid[K];
+    typename Packet<K>::Hit packet;
+    const auto copy = [first](auto& to, const auto& from) { std::memcpy(to, from + first, sizeof(to)); };
+    copy(packet.ray.org_x, rays.org_x);
+    copy(packet.ray.org_y, rays.org_y);
+    copy(packet.ray.org_z, rays.org_z);
+    copy(packet.ray.dir_x, rays.dir_x);
+    copy(packet.ray.dir_y, rays.dir_y);
+    copy(packet.ray.dir_z, rays.dir_z);
+    copy(packet.ray.time, rays.time);
+    for (int i = 0; i < K; ++i) {
+      valid[i] = first + i < n ? -1 : 0;
+      packet.ray.tnear[i] = 0;
+      packet.ray.tfar[i] = std::numeric_limits<float>::infinity();
+      packet.ray.mask[i] = ~0u;
+      packet.ray.id[i] = static_cast<unsigned>(first + i);
+      packet.ray.flags[i] = 0;
+      packet.hit.geomID[i] = kMiss;
+      packet.hit.u[i] = packet.hit.v[i] = 1.f / 3;
+    }
+    Packet<K>::intersect(valid, tree, &context, &packet);
+    std::memcpy(hits.mesh + first, packet.hit.geomID, sizeof(packet.hit.geomID));
+    std::memcpy(hits.triangle + first, packet.hit.primID, sizeof(packet.hit.primID));
+    constexpr float kNear = 1e-4f;
+    for (int i = 0; i < K; ++i) {
+      const float u = packet.hit.u[i], v = packet.hit.v[i];
+      near_edge[first + i] = static_cast<uint32_t>(u < kNear) | (v < kNear) | (1 - u - v < kNear);
+    }
+  }
+  hits.near_edge = 0;
+  for (int i = 0; i < n; ++i) hits.near_edge |= near_edge[i] << i;
+}
+
+template <int K>
 uint32_t occluded_packets(RTCScene tree, TraceContext& context, const Ray* rays, uint32_t active) {
   uint32_t blocked = 0;
   for (int first = 0; first < kLanes; first += K) {
@@ -206,6 +243,12 @@ void Geometry::intersect(const Ray* rays, uint32_t active, const uint64_t* lane_
     rtcIntersect1(tree_.get(), &context, &one);
     hits[i] = {one.hit.geomID, one.hit.primID};
   }
+}
+
+void Geometry::first_hits(const LaneRays& rays, int n, const uint64_t* lane_keys, LaneHits& hits) const {
+  TraceContext context = make_context(lane_keys, true);
+  if (width_ == 16) return first_hit_packets<16>(tree_.get(), context, rays, n, hits);
+  first_hit_packets<8>(tree_.get(), context, rays, n, hits);
 }
 
 uint32_t Geometry::occluded(const Ray* rays, uint32_t active, const uint64_t* lane_keys, bool coherent) const {

@@ -35,6 +35,29 @@ struct HitId {
   uint32_t mesh = kMiss, triangle = 0;
 };
 
+// kLanes rays without end, lane by lane, as Embree reads them.
+struct alignas(64) LaneRays {
+  float org_x[kLanes], org_y[kLanes], org_z[kLanes], dir_x[kLanes], dir_y[kLanes], dir_z[kLanes], time[kLanes];
+
+  void set(int i, Float3 origin, Float3 direction) {
+    org_x[i] = origin.x;
+    org_y[i] = origin.y;
+    org_z[i] = origin.z;
+    dir_x[i] = direction.x;
+    dir_y[i] = direction.y;
+    dir_z[i] = direction.z;
+  }
+  Ray ray(int i) const {
+    return {{org_x[i], org_y[i], org_z[i]}, {dir_x[i], dir_y[i], dir_z[i]}, Ray{}.end, time[i]};
+  }
+};
+
+// What they meet first.
+struct alignas(64) LaneHits {
+  uint32_t mesh[kLanes], triangle[kLanes];
+  uint32_t near_edge = 0;  // bit i: lane i met its triangle within 1e-4 of an edge, in barycentric coordinates
+};
+
 // A point on a surface, recomputed in double precision from the triangle that Embree found: it does not depend on
 // the width of the packet that found it, and is within an ulp of the plane.
 struct Surface {
@@ -55,6 +78,8 @@ class Geometry {
 
   // active: bit i says that ray i of `rays` counts. With coherent, rays go in packets.
   void intersect(const Ray* rays, uint32_t active, const uint64_t* lane_keys, bool coherent, HitId* hits) const;
+  // In packets, for lanes 0 ... n - 1.
+  void first_hits(const LaneRays& rays, int n, const uint64_t* lane_keys, LaneHits& hits) const;
   // Bits of the rays that are blocked.
   uint32_t occluded(const Ray* rays, uint32_t active, const uint64_t* lane_keys, bool coherent) const;
 

@@ -24,6 +24,12 @@ enum KernelBit : uint32_t {
 };
 constexpr uint32_t kKernelCount = 32;
 
+// What a camera ray sees of a mesh where neither its place nor its light matters.
+struct PlainLook {
+  bool plain = false;
+  Float3 radiance{};
+};
+
 // A scene made ready. Read by all threads, written by none.
 struct KernelScene {
   const Scene& scene;
@@ -31,11 +37,13 @@ struct KernelScene {
   const Lights& lights;
   const FilmCamera& camera;
   EffectSet effects;
-  std::vector<LobeSet> lobes;  // for each material, those that are drawn
+  std::vector<LobeSet> lobes;     // for each material, those that are drawn
+  std::vector<PlainLook> looks;   // for each mesh; none is plain if samples tell geometry
   bool motion;
   bool camera_draws;  // lens, time or alpha: a camera ray alone needs random numbers
   uint64_t seed;
   int max_depth;
+  bool tells_geometry;  // fill in a sample's distance, position, normal, albedo and ids
 };
 
 struct KernelCounts {

@@ -6,6 +6,7 @@
 // not need it. Random numbers have fixed places: pair kPairs * depth + purpose, whatever is drawn.
 #pragma once
 
+#include <bit>
 #include <triad/base/random.hpp>
 #include <triad/sampling/sobol.hpp>
 
@@ -66,20 +67,23 @@ class PathKernel {
 
   void chunk(std::span<const SampleRequest> requests, std::span<Sample> samples) {
     const int n = static_cast<int>(requests.size());
-    uint32_t active = (1u << n) - 1;
-    for (int i = 0; i < n; ++i) start(i, requests[i]);
+    const uint32_t all = (1u << n) - 1;
     counts_.rays[static_cast<size_t>(RayKind::kCamera)] += static_cast<uint64_t>(n);
-    scene_.geometry.intersect(rays_, active, lane_keys_, true, hits_);
+    aim_camera(requests);
+    scene_.geometry.first_hits(camera_rays_, n, lane_keys_, first_hits_);
+    uint32_t active = all & ~plain_samples(n, samples);
+    const uint32_t traced = active;
+    for_lanes(active, [&](int i) { start(i, requests[i]); });
     for (int depth = 0; active != 0; ++depth) {
       aimed_ = 0;
       uint32_t going = 0;
-      for (int i = 0; i < n; ++i)
-        if ((active >> i & 1) != 0 && shade(i, depth, samples[i])) going |= 1u << i;
+      for_lanes(active, [&](int i) {
+        if (shade(i, depth, samples[i])) going |= 1u << i;
+      });
       if constexpr (kHasAims) {
         if (aimed_ != 0) {
           const uint32_t blocked = scene_.geometry.occluded(shadow_rays_, aimed_, lane_keys_, depth == 0);
-          for (int i = 0; i < n; ++i)
-            if (((aimed_ & ~blocked) >> i & 1) != 0) paths_[i].radiance += aims_[i];
+          for_lanes(aimed_ & ~blocked, [&](int i) { paths_[i].radiance += aims_[i]; });
         }
       }
       active = going;
@@ -88,27 +92,76 @@ class PathKernel {
       for (int i = 0; i < n; ++i) lane_keys_[i] = mix_bits(lane_keys_[i] + kGoldenIncrement);
       scene_.geometry.intersect(rays_, active, lane_keys_, false, hits_);
     }
-    for (int i = 0; i < n; ++i) {
+    for_lanes(traced, [&](int i) {
       Sample& sample = samples[i];
       const Float3 rgb = paths_[i].radiance;
       sample.valid = is_finite(rgb);
       sample.rgb = sample.valid ? std::array<float, 3>{rgb.x, rgb.y, rgb.z} : std::array<float, 3>{};
       counts_.invalid += sample.valid ? 0 : 1;
+    });
+  }
+
+  template <class Body>
+  static void for_lanes(uint32_t lanes, const Body& body) {
+    for (; lanes != 0; lanes &= lanes - 1) body(std::countr_zero(lanes));
+  }
+
+  uint64_t path_key(const SampleRequest& request) const {
+    return SampleRandom::pixel_key(request.pixel_x, request.pixel_y, request.seed + scene_.seed);
+  }
+
+  void aim_camera(std::span<const SampleRequest> requests) {
+    const int n = static_cast<int>(requests.size());
+    const bool plain = scene_.camera.is_plain();
+    if (plain) scene_.camera.rays(requests, camera_rays_);
+    if (!scene_.camera_draws) return;
+    for (int i = 0; i < n; ++i) {
+      const SampleRequest& request = requests[i];
+      const uint64_t key = path_key(request);
+      lane_keys_[i] = mix_bits(key + kGoldenIncrement * (uint64_t{request.index} + 1));
+      std::array<float, 2> lens{}, time{};
+      if (scene_.camera.has_lens()) lens = sobol_owen_pair(request.index, kPairLens, key);
+      if (scene_.motion) time = sobol_owen_pair(request.index, kPairTime, key);
+      if (!plain) {
+        const Ray ray = scene_.camera.ray(request.x, request.y, lens[0], lens[1], time[0]);
+        camera_rays_.set(i, ray.origin, ray.direction);
+      }
+      camera_rays_.time[i] = time[0];
     }
+  }
+
+  // Answers the lanes that see a plain look, and returns them. Not those at an edge: which of two triangles a ray
+  // meets there is decided with more care.
+  uint32_t plain_samples(int n, std::span<Sample> samples) const {
+    const bool empty_is_black = !scene_.tells_geometry && !scene_.effects.has(Effect::kEnvironment);
+    uint32_t done = 0;
+    for (int i = 0; i < n; ++i) {
+      const uint32_t mesh = first_hits_.mesh[i];
+      Float3 radiance{};
+      if (mesh == kMiss) {
+        if (!empty_is_black) continue;
+      } else {
+        const PlainLook& look = scene_.looks[mesh];
+        if (!look.plain || (first_hits_.near_edge >> i & 1) != 0) continue;
+        radiance = look.radiance;
+      }
+      samples[i].rgb = {radiance.x, radiance.y, radiance.z};
+      samples[i].valid = true;
+      done |= 1u << i;
+    }
+    return done;
   }
 
   void start(int i, const SampleRequest& request) {
     Path& path = paths_[i];
     path = {};
-    if (kHasAims || kBounces || scene_.camera_draws) {
-      path.key = SampleRandom::pixel_key(request.pixel_x, request.pixel_y, request.seed + scene_.seed);
+    if (kHasAims || kBounces) {
+      path.key = path_key(request);
       path.index = request.index;
       lane_keys_[i] = mix_bits(path.key + kGoldenIncrement * (uint64_t{request.index} + 1));
     }
-    std::array<float, 2> lens{}, time{};
-    if (scene_.camera.has_lens()) lens = sobol_owen_pair(path.index, kPairLens, path.key);
-    if (scene_.motion) time = sobol_owen_pair(path.index, kPairTime, path.key);
-    rays_[i] = scene_.camera.ray(request.x, request.y, lens[0], lens[1], time[0]);
+    rays_[i] = camera_rays_.ray(i);
+    hits_[i] = {first_hits_.mesh[i], first_hits_.triangle[i]};
   }
 
   SurfaceMaterial read_material(const Material& material, const Surface& surface) const {
@@ -146,7 +199,7 @@ class PathKernel {
     }
     const HitId hit = hits_[i];
     if (hit.mesh == kMiss) {
-      if (depth == 0) sample = Sample{};
+      if (depth == 0 && scene_.tells_geometry) sample = Sample{};
       miss(path, ray);
       return false;
     }
@@ -159,7 +212,7 @@ class PathKernel {
     // An interpolated normal that looks away from the viewer says nothing useful about what the viewer sees.
     if (!(dot(normal, back) > kLeastCosine)) normal = facing;
     const SurfaceMaterial at = read_material(material, surface);
-    if (depth == 0) describe(sample, surface, mesh, normal, at);
+    if (depth == 0 && scene_.tells_geometry) describe(sample, surface, mesh, normal, at);
     emission(path, material, surface, hit, front, at, -dot(ray.direction, facing));
     const LobeSet drawn = scene_.lobes[mesh.material];
     if (material.unlit || depth > scene_.max_depth) return false;
@@ -293,6 +346,8 @@ class PathKernel {
 
   const KernelScene& scene_;
   KernelCounts& counts_;
+  LaneRays camera_rays_{};
+  LaneHits first_hits_;
   Path paths_[kLanes];
   Ray rays_[kLanes], shadow_rays_[kLanes];
   HitId hits_[kLanes];

@@ -61,10 +61,12 @@ class PathTracer final : public SceneSource {
                       camera_,
                       effects_,
                       {},
+                      {},
                       effects_.has(Effect::kMotionBlur),
                       camera_.has_lens() || effects_.has(Effect::kMotionBlur) || effects_.has(Effect::kAlpha),
                       options.seed,
-                      options.max_depth} {
+                      options.max_depth,
+                      options.geometry} {
     const bool lit = effects_.has(Effect::kPointLight) || effects_.has(Effect::kAreaLight) ||
                      effects_.has(Effect::kIndirectDiffuse);
     for (const Material& material : owned_->materials) {
@@ -76,13 +78,14 @@ class PathTracer final : public SceneSource {
       if (lobes.glossy || lobes.mirror) mean_coat_albedo(1);  // makes its table now, not in the middle of a picture
       kernel_scene_.lobes.push_back(lobes);
     }
+    for (const Mesh& mesh : owned_->meshes) kernel_scene_.looks.push_back(plain_look(mesh));
     bits_ = options.specialise ? kernel_bits(effects_) : kKernelCount - 1;
     kernel_ = kernel_for(bits_);
   }
 
   int width() const override { return options_.width; }
   int height() const override { return options_.height; }
-  SourceAbilities abilities() const override { return {.geometry = true}; }
+  SourceAbilities abilities() const override { return {.geometry = options_.geometry}; }
 
   void eval(std::span<const SampleRequest> requests, std::span<Sample> samples) const override {
     KernelCounts counts;
@@ -112,6 +115,17 @@ class PathTracer final : public SceneSource {
   uint64_t memory_bytes() const override { return geometry_.memory_bytes() + lights_.memory_bytes(); }
 
  private:
+  PlainLook plain_look(const Mesh& mesh) const {
+    const Material& material = owned_->materials[static_cast<size_t>(mesh.material)];
+    const LobeSet& lobes = kernel_scene_.lobes[static_cast<size_t>(mesh.material)];
+    const bool pictures = effects_.has(Effect::kTexture);
+    if (options_.geometry) return {};
+    if (material.unlit) return {!pictures || material.base_color_texture.texture < 0, material.base_color};
+    if (lobes.diffuse || lobes.glossy || lobes.mirror || lobes.refraction) return {};
+    if (!material.emits()) return {true, {}};
+    return {material.double_sided && (!pictures || material.emission_texture.texture < 0), material.emission};
+  }
+
   int camera_number() const { return options_.camera < 0 ? owned_->camera : options_.camera; }
 
   std::shared_ptr<const Scene> owned_;

@@ -24,6 +24,7 @@ struct SourceOptions {
   double picture_aspect = 0;
   int camera = -1;                   // index into Scene::cameras; -1: the scene's own choice
   std::optional<EffectSet> effects;  // what to draw; nothing: what the scene calls for
+  bool geometry = true;              // whether samples shall say more than colour: distance, normal, ids ...
   bool specialise = true;            // false: run the kernel with everything compiled in, to compare
   uint64_t seed = 0;                 // added to that of each request
   // Times that a path may be scattered after the first surface, at most 1000; past it only light that is met

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <triad/sampling/point_strategy.hpp>
 
 namespace triad {
@@ -16,8 +17,9 @@ class Control final : public PointStrategy {
 
  protected:
   uint32_t samples_per_pixel() const override { return 1; }
-  void points(int, int, uint64_t, uint32_t, std::span<Point> out) const override {
-    for (Point& point : out) point = {.5, .5};
+  void points(int, int, uint64_t, uint32_t, const Points& out) const override {
+    std::fill(out.x.begin(), out.x.end(), .5);
+    std::fill(out.y.begin(), out.y.end(), .5);
   }
 };
 

@@ -98,6 +98,37 @@ Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), hei
   if (planes.albedo) albedo_.resize(n);
   if (planes.object_id) object_id_.resize(n);
   if (planes.material_id) material_id_.resize(n);
+  FilmPlanes free = planes;
+  free.samples = false;
+  colour_only_ = free == FilmPlanes{};
+}
+
+size_t Film::add(size_t pixel, uint32_t index, std::span<const Sample> samples) {
+  size_t left_out = 0;
+  if (!colour_only_) {
+    for (const Sample& sample : samples) left_out += add(pixel, index++, sample) ? 0 : 1;
+    return left_out;
+  }
+  // The error of each addition by Knuth's TwoSum, which is that of Neumaier's branch: both are exact.
+  double sum[3], compensation[3];
+  for (int c = 0; c < 3; ++c) {
+    sum[c] = sum_[pixel][c].sum;
+    compensation[c] = sum_[pixel][c].compensation;
+  }
+  for (const Sample& sample : samples) {
+    if (!sample.valid || !finite(sample.rgb)) {
+      ++left_out;
+      continue;
+    }
+    for (int c = 0; c < 3; ++c) {
+      const double x = sample.rgb[c], before = sum[c], after = before + x, came = after - before;
+      compensation[c] += (before - (after - came)) + (x - came);
+      sum[c] = after;
+    }
+  }
+  for (int c = 0; c < 3; ++c) sum_[pixel][c] = {sum[c], compensation[c]};
+  count_[pixel] += static_cast<uint32_t>(samples.size() - left_out);
+  return left_out;
 }
 
 bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {

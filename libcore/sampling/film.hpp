@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <triad/image/image.hpp>
 #include <triad/numeric/sum.hpp>
@@ -51,6 +52,8 @@ class Film {
   // Adds the pixel's sample number `index`. False, and nothing was added, if it is not valid or its colour not
   // finite. (Geometry that is not finite only leaves the geometry's planes as they are.)
   bool add(size_t pixel, uint32_t index, const Sample& sample);
+  // The same for samples index, index + 1, ... of one pixel, faster; how many were left out.
+  size_t add(size_t pixel, uint32_t index, std::span<const Sample> samples);
 
   uint32_t count(size_t pixel) const { return count_[pixel]; }
   // Of the colour; 0 without samples.
@@ -91,6 +94,7 @@ class Film {
   std::vector<double> depth_;
   std::vector<std::array<double, 3>> position_, normal_, albedo_;
   std::vector<uint32_t> object_id_, material_id_;
+  bool colour_only_;
 };
 
 }  // namespace triad

@@ -21,10 +21,13 @@ class Grid final : public PointStrategy {
 
  protected:
   uint32_t samples_per_pixel() const override { return n_ * n_; }
-  void points(int, int, uint64_t, uint32_t first, std::span<Point> out) const override {
-    for (size_t k = 0; k < out.size(); ++k) {
-      const uint64_t cell = (first + k) * stride_ % (n_ * n_);
-      out[k] = {(static_cast<double>(cell % n_) + .5) / n_, (static_cast<double>(cell / n_) + .5) / n_};
+  void points(int, int, uint64_t, uint32_t first, const Points& out) const override {
+    uint64_t cell = first * stride_ % (n_ * n_);
+    for (size_t k = 0; k < out.x.size(); ++k) {
+      out.x[k] = (static_cast<double>(static_cast<uint32_t>(cell) % n_) + .5) / n_;
+      out.y[k] = (static_cast<double>(static_cast<uint32_t>(cell) / n_) + .5) / n_;
+      cell += stride_;
+      if (cell >= n_ * n_) cell -= n_ * n_;
     }
   }
 

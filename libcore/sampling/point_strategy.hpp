@@ -21,12 +21,13 @@ class PointStrategy : public Strategy {
   RenderResult render(const Source& source, const RenderOptions& options) const override;
 
  protected:
-  struct Point {
-    double x = 0, y = 0;  // within the pixel, [0, 1)
+  // Points of a pixel, each coordinate in [0, 1). Spans of the same length.
+  struct Points {
+    std::span<double> x, y;
   };
   virtual uint32_t samples_per_pixel() const = 0;
   // Points first, first + 1, ... of a pixel. Pure, any thread.
-  virtual void points(int pixel_x, int pixel_y, uint64_t seed, uint32_t first, std::span<Point> out) const = 0;
+  virtual void points(int pixel_x, int pixel_y, uint64_t seed, uint32_t first, const Points& out) const = 0;
 
  private:
   const StrategyInfo& info_;

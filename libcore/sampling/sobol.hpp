@@ -57,12 +57,20 @@ constexpr std::array<uint32_t, 2> sobol_point(uint32_t index) {
 // where they lie, and differences between the halves would say nothing of the error.)
 constexpr bool sobol_half(uint32_t index) { return std::popcount(index & 0xdb6db6dbu) & 1; }
 
-// The same point, scrambled by `key`; 32-bit binary fractions.
-constexpr std::array<uint32_t, 2> sobol_owen_point(uint32_t index, uint64_t key) {
+// What a key means for the two dimensions.
+struct SobolOwenSeeds {
+  uint32_t x, y;
+  constexpr explicit SobolOwenSeeds(uint64_t key)
+      : x(static_cast<uint32_t>(mix_bits(key + kGoldenIncrement))),
+        y(static_cast<uint32_t>(mix_bits(key + kGoldenIncrement) >> 32)) {}
+};
+// The same point, scrambled by a key; 32-bit binary fractions.
+constexpr std::array<uint32_t, 2> sobol_owen_point(uint32_t index, SobolOwenSeeds seeds) {
   const std::array<uint32_t, 2> plain = sobol_point(index);
-  const uint64_t seeds = mix_bits(key + kGoldenIncrement);
-  return {owen_scramble(plain[0], static_cast<uint32_t>(seeds)),
-          owen_scramble(plain[1], static_cast<uint32_t>(seeds >> 32))};
+  return {owen_scramble(plain[0], seeds.x), owen_scramble(plain[1], seeds.y)};
+}
+constexpr std::array<uint32_t, 2> sobol_owen_point(uint32_t index, uint64_t key) {
+  return sobol_owen_point(index, SobolOwenSeeds(key));
 }
 
 // Pair number `pair` of a point in many dimensions: each pair is the sequence above, its points in an order of

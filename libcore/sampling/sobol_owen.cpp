@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <triad/numeric/widest.hpp>
 #include <triad/sampling/point_strategy.hpp>
 #include <triad/sampling/sobol.hpp>
 
@@ -22,12 +23,17 @@ class SobolOwen final : public PointStrategy {
 
  protected:
   uint32_t samples_per_pixel() const override { return spp_; }
-  void points(int pixel_x, int pixel_y, uint64_t seed, uint32_t first, std::span<Point> out) const override {
-    const uint64_t key = SampleRandom::pixel_key(pixel_x, pixel_y, seed);
-    for (uint32_t k = 0; k < out.size(); ++k) {
-      const std::array<uint32_t, 2> bits = sobol_owen_point(first + k, key);
-      out[k] = {bits[0] * 0x1p-32, bits[1] * 0x1p-32};
-    }
+  void points(int pixel_x, int pixel_y, uint64_t seed, uint32_t first, const Points& out) const override {
+    const SobolOwenSeeds seeds(SampleRandom::pixel_key(pixel_x, pixel_y, seed));
+    run_widest([&]() TRIAD_INLINE_BODY {
+      double *x = out.x.data(), *y = out.y.data();
+      const auto n = static_cast<uint32_t>(out.x.size());
+      for (uint32_t k = 0; k < n; ++k) {
+        const std::array<uint32_t, 2> bits = sobol_owen_point(first + k, seeds);
+        x[k] = bits[0] * 0x1p-32;
+        y[k] = bits[1] * 0x1p-32;
+      }
+    });
   }
 
  private:

@@ -25,7 +25,7 @@ struct SampleRequest {
   uint64_t seed = 0;
 };
 
-// Scene-linear, BT.709 primaries. What a source without geometry does not know keeps its default.
+// Scene-linear, BT.709 primaries. A source without geometry leaves the fields between rgb and valid as they were.
 struct Sample {
   std::array<float, 3> rgb{};
   float distance = std::numeric_limits<float>::infinity();  // to the first hit, in scene units; infinite: a miss
@@ -61,7 +61,8 @@ class Source {
   virtual int height() const = 0;
   virtual SourceAbilities abilities() const = 0;
 
-  // samples[i] answers requests[i]; both have the same size. Every field of every sample is written.
+  // samples[i] answers requests[i]; both have the same size. rgb and valid of every sample are written, the other
+  // fields if abilities().geometry: hand in samples as they are made.
   virtual void eval(std::span<const SampleRequest> requests, std::span<Sample> samples) const = 0;
 
   // The integral of rgb over the box [x0, x1] x [y0, y1] of the film, divided by its area, to double precision;
