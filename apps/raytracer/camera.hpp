@@ -28,32 +28,31 @@ class FilmCamera {
   // Whether every ray starts and ends at one time and depends on its place on the film alone, so that rays() serves.
   bool is_plain() const { return !lens_ && !moves_; }
 
-  // The rays of up to kLanes places on the film for a camera that is_plain(): bit for bit those of ray().
+  // What rays() gives every lane; its directions are of unit length for an orthographic camera only.
+  void prepare(LaneRays& out) const {
+    for (int i = 0; i < kLanes; ++i)
+      out.set(i, in_world(camera_.poses.front(), {}, camera_.poses.front().position_m, 1),
+              in_world(camera_.poses.front(), {0, 0, 1}, {}, 1));
+  }
+  // The rays of up to kLanes places on the film, for a camera that is_plain(): origins and directions in which
+  // ray() differs are overwritten, the rest is as prepare() left it.
   void rays(std::span<const SampleRequest> requests, LaneRays& out) const {
     alignas(64) double right[kLanes] = {}, up[kLanes] = {};
     for (size_t i = 0; i < requests.size(); ++i) {
       right[i] = requests[i].x;
       up[i] = requests[i].y;
     }
-    const CameraPose pose = camera_.poses.front();
-    const double width = width_, height = height_, half_width = half_width_, half_height = half_height_;
-    const bool orthographic = camera_.orthographic;
+    const CameraPose& pose = camera_.poses.front();
     run_widest([&]() TRIAD_INLINE_BODY {
+      // Copies that stores to the lanes cannot change, so that the loop needs no look at memory in between.
+      const double width = width_, height = height_, half_width = half_width_, half_height = half_height_;
+      const Double3 r = pose.right, u = pose.up, base = camera_.orthographic ? pose.position_m : pose.forward;
+      const auto [x, y, z] = camera_.orthographic ? out.origins() : out.directions();
       for (int i = 0; i < kLanes; ++i) {
-        right[i] = (2 * right[i] / width - 1) * half_width;
-        up[i] = (1 - 2 * up[i] / height) * half_height;
-      }
-      if (orthographic) {
-        for (int i = 0; i < kLanes; ++i) {
-          const Double3 origin{right[i], up[i], 0};
-          out.set(i, in_world(pose, origin, pose.position_m, 1), in_world(pose, {0, 0, 1}, {}, 1));
-        }
-      } else {
-        const Float3 origin = in_world(pose, {}, pose.position_m, 1);
-        for (int i = 0; i < kLanes; ++i) {
-          const double size = std::sqrt(right[i] * right[i] + up[i] * up[i] + 1.);
-          out.set(i, origin, in_world(pose, {right[i], up[i], 1}, {}, 1 / size));
-        }
+        const double a = (2 * right[i] / width - 1) * half_width, b = (1 - 2 * up[i] / height) * half_height;
+        x[i] = static_cast<float>(base.x + (r.x * a + u.x * b));
+        y[i] = static_cast<float>(base.y + (r.y * a + u.y * b));
+        z[i] = static_cast<float>(base.z + (r.z * a + u.z * b));
       }
     });
   }

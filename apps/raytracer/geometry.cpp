@@ -76,41 +76,34 @@ void intersect_packets(RTCScene tree, TraceContext& context, const Ray* rays, ui
   }
 }
 
-template <int K>
-void first_hit_packets(RTCScene tree, TraceContext& context, const LaneRays& rays, int n, LaneHits& hits) {
-  alignas(64) uint32_t near_edge[kLanes];
-  for (int first = 0; first < n; first += K) {
-    alignas(64) int valid[K];
-    typename Packet<K>::Hit packet;
-    const auto copy = [first](auto& to, const auto& from) { std::memcpy(to, from + first, sizeof(to)); };
-    copy(packet.ray.org_x, rays.org_x);
-    copy(packet.ray.org_y, rays.org_y);
-    copy(packet.ray.org_z, rays.org_z);
-    copy(packet.ray.dir_x, rays.dir_x);
-    copy(packet.ray.dir_y, rays.dir_y);
-    copy(packet.ray.dir_z, rays.dir_z);
-    copy(packet.ray.time, rays.time);
-    for (int i = 0; i < K; ++i) {
-      valid[i] = first + i < n ? -1 : 0;
-      packet.ray.tnear[i] = 0;
-      packet.ray.tfar[i] = std::numeric_limits<float>::infinity();
-      packet.ray.mask[i] = ~0u;
-      packet.ray.id[i] = static_cast<unsigned>(first + i);
-      packet.ray.flags[i] = 0;
-      packet.hit.geomID[i] = kMiss;
-      packet.hit.u[i] = packet.hit.v[i] = 1.f / 3;
-    }
-    Packet<K>::intersect(valid, tree, &context, &packet);
-    std::memcpy(hits.mesh + first, packet.hit.geomID, sizeof(packet.hit.geomID));
-    std::memcpy(hits.triangle + first, packet.hit.primID, sizeof(packet.hit.primID));
-    constexpr float kNear = 1e-4f;
-    for (int i = 0; i < K; ++i) {
-      const float u = packet.hit.u[i], v = packet.hit.v[i];
-      near_edge[first + i] = static_cast<uint32_t>(u < kNear) | (v < kNear) | (1 - u - v < kNear);
-    }
+// Lanes first ... first + 7 of a packet of 16, as one of 8.
+void intersect_half(const int* valid, RTCScene tree, TraceContext& context, RTCRayHit16& packet, int first) {
+  RTCRayHit8 half;
+  const auto split = [first](auto& to, const auto& from) { std::memcpy(to, from + first, sizeof(to)); };
+  const auto join = [first](auto& to, const auto& from) { std::memcpy(to + first, from, sizeof(from)); };
+  split(half.ray.org_x, packet.ray.org_x);
+  split(half.ray.org_y, packet.ray.org_y);
+  split(half.ray.org_z, packet.ray.org_z);
+  split(half.ray.tnear, packet.ray.tnear);
+  split(half.ray.dir_x, packet.ray.dir_x);
+  split(half.ray.dir_y, packet.ray.dir_y);
+  split(half.ray.dir_z, packet.ray.dir_z);
+  split(half.ray.time, packet.ray.time);
+  split(half.ray.tfar, packet.ray.tfar);
+  split(half.ray.mask, packet.ray.mask);
+  split(half.ray.id, packet.ray.id);
+  split(half.ray.flags, packet.ray.flags);
+  split(half.hit.geomID, packet.hit.geomID);
+  alignas(32) int lanes[8];
+  std::copy(valid, valid + 8, lanes);
+  rtcIntersect8(lanes, tree, &context, &half);
+  join(packet.hit.geomID, half.hit.geomID);
+  join(packet.hit.primID, half.hit.primID);
+  for (int i = 0; i < 8; ++i) {  // a lane that met nothing has none
+    if (half.hit.geomID[i] == kMiss) continue;
+    packet.hit.u[first + i] = half.hit.u[i];
+    packet.hit.v[first + i] = half.hit.v[i];
   }
-  hits.near_edge = 0;
-  for (int i = 0; i < n; ++i) hits.near_edge |= near_edge[i] << i;
 }
 
 template <int K>
@@ -245,10 +238,29 @@ void Geometry::intersect(const Ray* rays, uint32_t active, const uint64_t* lane_
   }
 }
 
-void Geometry::first_hits(const LaneRays& rays, int n, const uint64_t* lane_keys, LaneHits& hits) const {
+uint32_t Geometry::first_hits(LaneRays& rays, int n, const uint64_t* lane_keys) const {
   TraceContext context = make_context(lane_keys, true);
-  if (width_ == 16) return first_hit_packets<16>(tree_.get(), context, rays, n, hits);
-  first_hit_packets<8>(tree_.get(), context, rays, n, hits);
+  RTCRayHit16& packet = rays.packet_;
+  alignas(64) int valid[kLanes];
+  for (int i = 0; i < kLanes; ++i) {
+    valid[i] = i < n ? -1 : 0;
+    packet.ray.tfar[i] = std::numeric_limits<float>::infinity();
+    packet.hit.geomID[i] = kMiss;
+    packet.hit.u[i] = packet.hit.v[i] = 1.f / 3;
+  }
+  if (width_ == 16)
+    rtcIntersect16(valid, tree_.get(), &context, &packet);
+  else
+    for (int first = 0; first < n; first += 8) intersect_half(valid + first, tree_.get(), context, packet, first);
+  constexpr float kNear = 1e-4f;
+  alignas(64) uint32_t near_edge[kLanes];
+  for (int i = 0; i < kLanes; ++i) {
+    const float u = packet.hit.u[i], v = packet.hit.v[i];
+    near_edge[i] = static_cast<uint32_t>((u < kNear) | (v < kNear) | (1 - u - v < kNear)) << i;
+  }
+  uint32_t bits = 0;
+  for (int i = 0; i < kLanes; ++i) bits |= near_edge[i];
+  return bits;
 }
 
 uint32_t Geometry::occluded(const Ray* rays, uint32_t active, const uint64_t* lane_keys, bool coherent) const {

@@ -35,27 +35,42 @@ struct HitId {
   uint32_t mesh = kMiss, triangle = 0;
 };
 
-// kLanes rays without end, lane by lane, as Embree reads them.
-struct alignas(64) LaneRays {
-  float org_x[kLanes], org_y[kLanes], org_z[kLanes], dir_x[kLanes], dir_y[kLanes], dir_z[kLanes], time[kLanes];
-
+// kLanes rays without end and what they meet first, lane by lane, as Embree reads and writes them.
+class LaneRays {
+ public:
+  LaneRays() : packet_{} {
+    for (int i = 0; i < kLanes; ++i) {
+      packet_.ray.mask[i] = ~0u;
+      packet_.ray.id[i] = static_cast<unsigned>(i);
+    }
+  }
+  // Directions need not be unit length.
   void set(int i, Float3 origin, Float3 direction) {
-    org_x[i] = origin.x;
-    org_y[i] = origin.y;
-    org_z[i] = origin.z;
-    dir_x[i] = direction.x;
-    dir_y[i] = direction.y;
-    dir_z[i] = direction.z;
+    packet_.ray.org_x[i] = origin.x;
+    packet_.ray.org_y[i] = origin.y;
+    packet_.ray.org_z[i] = origin.z;
+    packet_.ray.dir_x[i] = direction.x;
+    packet_.ray.dir_y[i] = direction.y;
+    packet_.ray.dir_z[i] = direction.z;
   }
-  Ray ray(int i) const {
-    return {{org_x[i], org_y[i], org_z[i]}, {dir_x[i], dir_y[i], dir_z[i]}, Ray{}.end, time[i]};
-  }
-};
+  void set_time(int i, float time) { packet_.ray.time[i] = time; }
+  // kLanes numbers each: x, y and z.
+  std::array<float*, 3> origins() { return {packet_.ray.org_x, packet_.ray.org_y, packet_.ray.org_z}; }
+  std::array<float*, 3> directions() { return {packet_.ray.dir_x, packet_.ray.dir_y, packet_.ray.dir_z}; }
 
-// What they meet first.
-struct alignas(64) LaneHits {
-  uint32_t mesh[kLanes], triangle[kLanes];
-  uint32_t near_edge = 0;  // bit i: lane i met its triangle within 1e-4 of an edge, in barycentric coordinates
+  // With a direction of unit length.
+  Ray ray(int i) const {
+    const auto& r = packet_.ray;
+    return {{r.org_x[i], r.org_y[i], r.org_z[i]},
+            normalise_safely({r.dir_x[i], r.dir_y[i], r.dir_z[i]}),
+            Ray{}.end,
+            r.time[i]};
+  }
+  HitId hit(int i) const { return {packet_.hit.geomID[i], packet_.hit.primID[i]}; }
+
+ private:
+  friend class Geometry;
+  alignas(64) RTCRayHit16 packet_;
 };
 
 // A point on a surface, recomputed in double precision from the triangle that Embree found: it does not depend on
@@ -78,8 +93,9 @@ class Geometry {
 
   // active: bit i says that ray i of `rays` counts. With coherent, rays go in packets.
   void intersect(const Ray* rays, uint32_t active, const uint64_t* lane_keys, bool coherent, HitId* hits) const;
-  // In packets, for lanes 0 ... n - 1.
-  void first_hits(const LaneRays& rays, int n, const uint64_t* lane_keys, LaneHits& hits) const;
+  // In packets, for lanes 0 ... n - 1. Returns the bits of those that met their triangle within 1e-4 of an edge, in
+  // barycentric coordinates.
+  uint32_t first_hits(LaneRays& rays, int n, const uint64_t* lane_keys) const;
   // Bits of the rays that are blocked.
   uint32_t occluded(const Ray* rays, uint32_t active, const uint64_t* lane_keys, bool coherent) const;
 

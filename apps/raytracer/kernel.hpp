@@ -37,8 +37,8 @@ struct KernelScene {
   const Lights& lights;
   const FilmCamera& camera;
   EffectSet effects;
-  std::vector<LobeSet> lobes;     // for each material, those that are drawn
-  std::vector<PlainLook> looks;   // for each mesh; none is plain if samples tell geometry
+  std::vector<LobeSet> lobes;    // for each material, those that are drawn
+  std::vector<PlainLook> looks;  // for each mesh; none is plain if samples tell geometry
   bool motion;
   bool camera_draws;  // lens, time or alpha: a camera ray alone needs random numbers
   uint64_t seed;

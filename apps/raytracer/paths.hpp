@@ -59,7 +59,9 @@ class PathKernel {
     uint32_t index = 0;
   };
 
-  PathKernel(const KernelScene& scene, KernelCounts& counts) : scene_(scene), counts_(counts) {}
+  PathKernel(const KernelScene& scene, KernelCounts& counts) : scene_(scene), counts_(counts) {
+    scene_.camera.prepare(camera_rays_);
+  }
 
   std::array<float, 2> pair(const Path& path, int depth, Pair purpose) const {
     return sobol_owen_pair(path.index, kPairFirstSurface + kPairs * static_cast<uint32_t>(depth) + purpose, path.key);
@@ -70,8 +72,8 @@ class PathKernel {
     const uint32_t all = (1u << n) - 1;
     counts_.rays[static_cast<size_t>(RayKind::kCamera)] += static_cast<uint64_t>(n);
     aim_camera(requests);
-    scene_.geometry.first_hits(camera_rays_, n, lane_keys_, first_hits_);
-    uint32_t active = all & ~plain_samples(n, samples);
+    const uint32_t near_edge = scene_.geometry.first_hits(camera_rays_, n, lane_keys_);
+    uint32_t active = all & ~plain_samples(n, near_edge, samples);
     const uint32_t traced = active;
     for_lanes(active, [&](int i) { start(i, requests[i]); });
     for (int depth = 0; active != 0; ++depth) {
@@ -126,23 +128,23 @@ class PathKernel {
         const Ray ray = scene_.camera.ray(request.x, request.y, lens[0], lens[1], time[0]);
         camera_rays_.set(i, ray.origin, ray.direction);
       }
-      camera_rays_.time[i] = time[0];
+      camera_rays_.set_time(i, time[0]);
     }
   }
 
   // Answers the lanes that see a plain look, and returns them. Not those at an edge: which of two triangles a ray
   // meets there is decided with more care.
-  uint32_t plain_samples(int n, std::span<Sample> samples) const {
+  uint32_t plain_samples(int n, uint32_t near_edge, std::span<Sample> samples) const {
     const bool empty_is_black = !scene_.tells_geometry && !scene_.effects.has(Effect::kEnvironment);
     uint32_t done = 0;
     for (int i = 0; i < n; ++i) {
-      const uint32_t mesh = first_hits_.mesh[i];
+      const uint32_t mesh = camera_rays_.hit(i).mesh;
       Float3 radiance{};
       if (mesh == kMiss) {
         if (!empty_is_black) continue;
       } else {
         const PlainLook& look = scene_.looks[mesh];
-        if (!look.plain || (first_hits_.near_edge >> i & 1) != 0) continue;
+        if (!look.plain || (near_edge >> i & 1) != 0) continue;
         radiance = look.radiance;
       }
       samples[i].rgb = {radiance.x, radiance.y, radiance.z};
@@ -161,7 +163,7 @@ class PathKernel {
       lane_keys_[i] = mix_bits(path.key + kGoldenIncrement * (uint64_t{request.index} + 1));
     }
     rays_[i] = camera_rays_.ray(i);
-    hits_[i] = {first_hits_.mesh[i], first_hits_.triangle[i]};
+    hits_[i] = camera_rays_.hit(i);
   }
 
   SurfaceMaterial read_material(const Material& material, const Surface& surface) const {
@@ -346,8 +348,7 @@ class PathKernel {
 
   const KernelScene& scene_;
   KernelCounts& counts_;
-  LaneRays camera_rays_{};
-  LaneHits first_hits_;
+  LaneRays camera_rays_;
   Path paths_[kLanes];
   Ray rays_[kLanes], shadow_rays_[kLanes];
   HitId hits_[kLanes];

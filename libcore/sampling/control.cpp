@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <triad/sampling/point_strategy.hpp>
 
 namespace triad {
@@ -17,9 +16,11 @@ class Control final : public PointStrategy {
 
  protected:
   uint32_t samples_per_pixel() const override { return 1; }
-  void points(int, int, uint64_t, uint32_t, const Points& out) const override {
-    std::fill(out.x.begin(), out.x.end(), .5);
-    std::fill(out.y.begin(), out.y.end(), .5);
+  void place(std::span<SampleRequest> requests) const override {
+    for (SampleRequest& request : requests) {
+      request.x = request.pixel_x + .5;
+      request.y = request.pixel_y + .5;
+    }
   }
 };
 

@@ -22,6 +22,19 @@ constexpr struct {
 
 constexpr size_t kFewPixels = 256;  // the relative error of a mean of 3 x 256 squared normals is 5%
 
+typedef double Two __attribute__((vector_size(16)));
+
+// Compensated sums side by side, with the error of each addition by Knuth's TwoSum: that of Neumaier's branch, as
+// both are exact.
+struct TwoSums {
+  Two sum, compensation;
+  void add(Two x) {
+    const Two after = sum + x, came = after - sum;
+    compensation += (sum - (after - came)) + (x - came);
+    sum = after;
+  }
+};
+
 bool finite(const std::array<float, 3>& v) {
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
 }
@@ -73,7 +86,7 @@ std::vector<std::string> film_channels(const FilmPlanes& planes) {
 }
 
 void require_film_memory(int width, int height, const FilmPlanes& planes) {
-  const size_t each = 52 + 32 * planes.error + 48 * planes.variance + 12 * planes.depth + 24 * planes.position +
+  const size_t each = 56 + 32 * planes.error + 48 * planes.variance + 12 * planes.depth + 24 * planes.position +
                       24 * planes.normal + 24 * planes.albedo + 4 * planes.object_id + 4 * planes.material_id +
                       sizeof(float) * film_channels(planes).size();  // and the picture made of it
   const double bytes = static_cast<double>(each) * width * height;
@@ -87,8 +100,7 @@ Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), hei
   if (width < 1 || height < 1) throw_internal("a film of " + std::to_string(width) + "x" + std::to_string(height));
   require_film_memory(width, height, planes);
   const size_t n = static_cast<size_t>(width) * static_cast<size_t>(height);
-  sum_.resize(n);
-  count_.resize(n);
+  colour_.resize(n);
   if (planes.error) half_.resize(n);
   if (planes.variance || (planes.error && n < kFewPixels)) moments_.resize(n);
   if (planes.depth || planes.position || planes.normal) hits_.resize(n);
@@ -109,32 +121,29 @@ size_t Film::add(size_t pixel, uint32_t index, std::span<const Sample> samples) 
     for (const Sample& sample : samples) left_out += add(pixel, index++, sample) ? 0 : 1;
     return left_out;
   }
-  // The error of each addition by Knuth's TwoSum, which is that of Neumaier's branch: both are exact.
-  double sum[3], compensation[3];
-  for (int c = 0; c < 3; ++c) {
-    sum[c] = sum_[pixel][c].sum;
-    compensation[c] = sum_[pixel][c].compensation;
-  }
+  std::array<NeumaierSum, 3>& stored = colour_[pixel].sum;
+  TwoSums rg{{stored[0].sum, stored[1].sum}, {stored[0].compensation, stored[1].compensation}};
+  TwoSums b0{{stored[2].sum, 0}, {stored[2].compensation, 0}};
   for (const Sample& sample : samples) {
-    if (!sample.valid || !finite(sample.rgb)) {
+    const auto& [r, g, b] = sample.rgb;
+    if (!sample.valid ||
+        (r - r) + (g - g) + (b - b) != 0) {  // infinity - infinity is not a number, and differs from 0
       ++left_out;
       continue;
     }
-    for (int c = 0; c < 3; ++c) {
-      const double x = sample.rgb[c], before = sum[c], after = before + x, came = after - before;
-      compensation[c] += (before - (after - came)) + (x - came);
-      sum[c] = after;
-    }
+    rg.add(Two{r, g});
+    b0.add(Two{b, 0});
   }
-  for (int c = 0; c < 3; ++c) sum_[pixel][c] = {sum[c], compensation[c]};
-  count_[pixel] += static_cast<uint32_t>(samples.size() - left_out);
+  stored = {
+      NeumaierSum{rg.sum[0], rg.compensation[0]}, {rg.sum[1], rg.compensation[1]}, {b0.sum[0], b0.compensation[0]}};
+  colour_[pixel].count += static_cast<uint32_t>(samples.size() - left_out);
   return left_out;
 }
 
 bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
   if (!sample.valid || !finite(sample.rgb)) return false;
-  const bool first = count_[pixel]++ == 0;
-  for (int c = 0; c < 3; ++c) sum_[pixel][c].add(sample.rgb[c]);
+  const bool first = colour_[pixel].count++ == 0;
+  for (int c = 0; c < 3; ++c) colour_[pixel].sum[c].add(sample.rgb[c]);
   if (planes_.error && sobol_half(index)) {
     add_to(half_[pixel].sum, sample.rgb);
     ++half_[pixel].count;
@@ -143,7 +152,7 @@ bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
     Moments& m = moments_[pixel];
     for (int c = 0; c < 3; ++c) {
       const double before = sample.rgb[c] - m.mean[c];
-      m.mean[c] += before / count_[pixel];
+      m.mean[c] += before / colour_[pixel].count;
       m.m2[c] += before * (sample.rgb[c] - m.mean[c]);
     }
   }
@@ -160,13 +169,13 @@ bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
 }
 
 std::array<double, 3> Film::mean(size_t pixel) const {
-  const double n = std::max(1u, count_[pixel]);
-  return {sum_[pixel][0].value() / n, sum_[pixel][1].value() / n, sum_[pixel][2].value() / n};
+  const double n = std::max(1u, colour_[pixel].count);
+  return {colour_[pixel].sum[0].value() / n, colour_[pixel].sum[1].value() / n, colour_[pixel].sum[2].value() / n};
 }
 
 std::array<double, 3> Film::variance_of_mean(size_t pixel) const {
   if (moments_.empty()) throw_internal("a film without variance was asked for it");
-  const double n = count_[pixel];
+  const double n = colour_[pixel].count;
   if (n < 2) return {};
   const Moments& m = moments_[pixel];
   // Each term of m2 is a product of two numbers of one sign but for rounding.
@@ -179,11 +188,11 @@ double Film::estimated_rmse() const {
   const bool few = pixels() < kFewPixels;
   NeumaierSum sum;
   for (size_t p = 0; p < pixels(); ++p) {
-    const double n = count_[p], b = half_[p].count, a = n - b;
+    const double n = colour_[p].count, b = half_[p].count, a = n - b;
     if (a < 1 || b < 1) return std::numeric_limits<double>::infinity();
     const std::array<double, 3> variance = few ? variance_of_mean(p) : std::array<double, 3>{};
     for (int c = 0; c < 3; ++c) {
-      const double mean_b = half_[p].sum[c] / b, mean_a = (sum_[p][c].value() - half_[p].sum[c]) / a;
+      const double mean_b = half_[p].sum[c] / b, mean_a = (colour_[p].sum[c].value() - half_[p].sum[c]) / a;
       sum.add(few ? variance[c] : (mean_a - mean_b) * (mean_a - mean_b) * (a / n) * (b / n));
     }
   }
@@ -203,7 +212,7 @@ Image Film::image() const {
     for (const double each : v) put(n > 0 ? each / n : 0);
   };
   for (size_t p = 0; p < pixels(); ++p) {
-    const double n = count_[p], hits = hits_.empty() ? 0 : hits_[p];
+    const double n = colour_[p].count, hits = hits_.empty() ? 0 : hits_[p];
     put3(mean(p), 1);
     if (planes_.depth) put(hits > 0 ? depth_[p] / hits : std::numeric_limits<double>::infinity());
     if (planes_.position) put3(position_[p], hits);

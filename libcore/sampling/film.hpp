@@ -47,7 +47,7 @@ class Film {
   int height() const { return height_; }
   const FilmPlanes& planes() const { return planes_; }
   size_t pixel(int x, int y) const { return static_cast<size_t>(y) * static_cast<size_t>(width_) + x; }
-  size_t pixels() const { return count_.size(); }
+  size_t pixels() const { return colour_.size(); }
 
   // Adds the pixel's sample number `index`. False, and nothing was added, if it is not valid or its colour not
   // finite. (Geometry that is not finite only leaves the geometry's planes as they are.)
@@ -55,7 +55,7 @@ class Film {
   // The same for samples index, index + 1, ... of one pixel, faster; how many were left out.
   size_t add(size_t pixel, uint32_t index, std::span<const Sample> samples);
 
-  uint32_t count(size_t pixel) const { return count_[pixel]; }
+  uint32_t count(size_t pixel) const { return colour_[pixel].count; }
   // Of the colour; 0 without samples.
   std::array<double, 3> mean(size_t pixel) const;
   // s^2 / n, with s^2 the unbiased variance of the n samples (Welford, Technometrics 4(3), 1962); 0 for n < 2, never
@@ -79,8 +79,11 @@ class Film {
  private:
   int width_, height_;
   FilmPlanes planes_;
-  std::vector<std::array<NeumaierSum, 3>> sum_;
-  std::vector<uint32_t> count_;
+  struct Colour {
+    std::array<NeumaierSum, 3> sum{};
+    uint32_t count = 0;
+  };
+  std::vector<Colour> colour_;
   struct Half {  // of the samples in half 1
     std::array<double, 3> sum{};
     uint32_t count = 0;

@@ -21,13 +21,11 @@ class Grid final : public PointStrategy {
 
  protected:
   uint32_t samples_per_pixel() const override { return n_ * n_; }
-  void points(int, int, uint64_t, uint32_t first, const Points& out) const override {
-    uint64_t cell = first * stride_ % (n_ * n_);
-    for (size_t k = 0; k < out.x.size(); ++k) {
-      out.x[k] = (static_cast<double>(static_cast<uint32_t>(cell) % n_) + .5) / n_;
-      out.y[k] = (static_cast<double>(static_cast<uint32_t>(cell) / n_) + .5) / n_;
-      cell += stride_;
-      if (cell >= n_ * n_) cell -= n_ * n_;
+  void place(std::span<SampleRequest> requests) const override {
+    for (SampleRequest& request : requests) {
+      const auto cell = static_cast<uint32_t>(request.index * stride_ % (n_ * n_));
+      request.x = request.pixel_x + (cell % n_ + .5) / n_;
+      request.y = request.pixel_y + (cell / n_ + .5) / n_;
     }
   }
 

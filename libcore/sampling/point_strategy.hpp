@@ -9,7 +9,8 @@ namespace triad {
 
 using StrategyValues = std::map<std::string, int64_t>;  // one for each parameter, in range
 
-// Renders in passes over the whole picture that double the number of samples: 1, 2, 4, 8 ... of each pixel.
+// Renders in passes over the whole picture that double the number of samples: 1, 2, 4, 8 ... of each pixel; where no
+// error is estimated, a rest that should take less than a second is one pass.
 // A pixel's samples are summed by ascending index, by one thread at a time.
 class PointStrategy : public Strategy {
  public:
@@ -21,13 +22,9 @@ class PointStrategy : public Strategy {
   RenderResult render(const Source& source, const RenderOptions& options) const override;
 
  protected:
-  // Points of a pixel, each coordinate in [0, 1). Spans of the same length.
-  struct Points {
-    std::span<double> x, y;
-  };
   virtual uint32_t samples_per_pixel() const = 0;
-  // Points first, first + 1, ... of a pixel. Pure, any thread.
-  virtual void points(int pixel_x, int pixel_y, uint64_t seed, uint32_t first, const Points& out) const = 0;
+  // Sets x and y of requests that say all else and share a seed: point number `index` of its pixel. Pure, any thread.
+  virtual void place(std::span<SampleRequest> requests) const = 0;
 
  private:
   const StrategyInfo& info_;

@@ -21,32 +21,34 @@ constexpr uint32_t reverse_bits(uint32_t x) {
   return (x & 0x55555555u) << 1 | (x & 0xaaaaaaaau) >> 1;
 }
 
-// A nested uniform scramble of x's bits from the highest down. On the reversed word, each step is a bijection in
-// which a bit depends on itself and lower ones only (odd products, sums, and x ^= x * even), which is what nesting
-// asks for: the construction of Laine and Karras (Stratified Sampling for Stochastic Transparency, EGSR 2011),
-// with the multipliers that Vegdahl found by search and published (2021) for a good avalanche.
-constexpr uint32_t owen_scramble(uint32_t x, uint32_t seed) {
-  x = reverse_bits(x);
+// A nested uniform scramble of x's bits from the highest down, handed in and back in reverse order. There, each step
+// is a bijection in which a bit depends on itself and lower ones only (odd products, sums, and x ^= x * even), which
+// is what nesting asks for: the construction of Laine and Karras (Stratified Sampling for Stochastic Transparency,
+// EGSR 2011), with the multipliers that Vegdahl found by search and published (2021) for a good avalanche.
+constexpr uint32_t owen_scramble_reversed(uint32_t x, uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
   x *= (seed >> 16) | 1u;
   x ^= x * 0x05526c56u;
   x ^= x * 0x53a22864u;
-  return reverse_bits(x);
+  return x;
+}
+constexpr uint32_t owen_scramble(uint32_t x, uint32_t seed) {
+  return reverse_bits(owen_scramble_reversed(reverse_bits(x), seed));
 }
 
-// Point `index` of the plain Sobol sequence, dimensions 0 (van der Corput's) and 1, as 32-bit binary fractions.
-constexpr std::array<uint32_t, 2> sobol_point(uint32_t index) {
-  const uint32_t x = reverse_bits(index);
+// Point `index` of the plain Sobol sequence, dimensions 0 (van der Corput's) and 1, as 32-bit binary fractions with
+// their bits in reverse order.
+constexpr std::array<uint32_t, 2> sobol_point_reversed(uint32_t index) {
   // Dimension 1's generator matrix is Pascal's triangle modulo 2, the fifth Kronecker power of (1 1; 0 1): one
   // exchange for each power.
-  uint32_t y = x;
-  y ^= y << 16;
-  y ^= (y & 0x00ff00ffu) << 8;
-  y ^= (y & 0x0f0f0f0fu) << 4;
-  y ^= (y & 0x33333333u) << 2;
-  y ^= (y & 0x55555555u) << 1;
-  return {x, y};
+  uint32_t y = index;
+  y ^= y >> 16;
+  y ^= (y & 0xff00ff00u) >> 8;
+  y ^= (y & 0xf0f0f0f0u) >> 4;
+  y ^= (y & 0xccccccccu) >> 2;
+  y ^= (y & 0xaaaaaaaau) >> 1;
+  return {index, y};
 }
 
 // Parts the points into two halves, each well distributed itself. With an index's bits as the coefficients of a
@@ -57,17 +59,24 @@ constexpr std::array<uint32_t, 2> sobol_point(uint32_t index) {
 // where they lie, and differences between the halves would say nothing of the error.)
 constexpr bool sobol_half(uint32_t index) { return std::popcount(index & 0xdb6db6dbu) & 1; }
 
+constexpr std::array<uint32_t, 2> sobol_point(uint32_t index) {
+  const std::array<uint32_t, 2> reversed = sobol_point_reversed(index);
+  return {reverse_bits(reversed[0]), reverse_bits(reversed[1])};
+}
+
 // What a key means for the two dimensions.
 struct SobolOwenSeeds {
   uint32_t x, y;
+  constexpr SobolOwenSeeds(uint32_t seed_x, uint32_t seed_y) : x(seed_x), y(seed_y) {}
   constexpr explicit SobolOwenSeeds(uint64_t key)
       : x(static_cast<uint32_t>(mix_bits(key + kGoldenIncrement))),
         y(static_cast<uint32_t>(mix_bits(key + kGoldenIncrement) >> 32)) {}
 };
 // The same point, scrambled by a key; 32-bit binary fractions.
 constexpr std::array<uint32_t, 2> sobol_owen_point(uint32_t index, SobolOwenSeeds seeds) {
-  const std::array<uint32_t, 2> plain = sobol_point(index);
-  return {owen_scramble(plain[0], seeds.x), owen_scramble(plain[1], seeds.y)};
+  const std::array<uint32_t, 2> plain = sobol_point_reversed(index);
+  return {reverse_bits(owen_scramble_reversed(plain[0], seeds.x)),
+          reverse_bits(owen_scramble_reversed(plain[1], seeds.y))};
 }
 constexpr std::array<uint32_t, 2> sobol_owen_point(uint32_t index, uint64_t key) {
   return sobol_owen_point(index, SobolOwenSeeds(key));

@@ -23,17 +23,39 @@ class SobolOwen final : public PointStrategy {
 
  protected:
   uint32_t samples_per_pixel() const override { return spp_; }
-  void points(int pixel_x, int pixel_y, uint64_t seed, uint32_t first, const Points& out) const override {
-    const SobolOwenSeeds seeds(SampleRandom::pixel_key(pixel_x, pixel_y, seed));
-    run_widest([&]() TRIAD_INLINE_BODY {
-      double *x = out.x.data(), *y = out.y.data();
-      const auto n = static_cast<uint32_t>(out.x.size());
-      for (uint32_t k = 0; k < n; ++k) {
-        const std::array<uint32_t, 2> bits = sobol_owen_point(first + k, seeds);
-        x[k] = bits[0] * 0x1p-32;
-        y[k] = bits[1] * 0x1p-32;
+  void place(std::span<SampleRequest> requests) const override {
+    constexpr size_t kAtOnce = 64;
+    std::array<uint32_t, kAtOnce> index{}, seed_x{}, seed_y{};
+    std::array<double, kAtOnce> x, y;
+    SobolOwenSeeds seeds(0);
+    int32_t seeded_x = 0, seeded_y = 0;
+    bool seeded = false;
+    for (; !requests.empty(); requests = requests.subspan(std::min(kAtOnce, requests.size()))) {
+      const size_t n = std::min(kAtOnce, requests.size());
+      for (size_t i = 0; i < n; ++i) {
+        const SampleRequest& request = requests[i];
+        if (!seeded || request.pixel_x != seeded_x || request.pixel_y != seeded_y) {
+          seeds = SobolOwenSeeds(SampleRandom::pixel_key(request.pixel_x, request.pixel_y, request.seed));
+          seeded_x = request.pixel_x;
+          seeded_y = request.pixel_y;
+          seeded = true;
+        }
+        index[i] = request.index;
+        seed_x[i] = seeds.x;
+        seed_y[i] = seeds.y;
       }
-    });
+      run_widest([&]() TRIAD_INLINE_BODY {
+        for (size_t i = 0; i < kAtOnce; ++i) {
+          const std::array<uint32_t, 2> point = sobol_owen_point(index[i], SobolOwenSeeds(seed_x[i], seed_y[i]));
+          x[i] = point[0] * 0x1p-32;
+          y[i] = point[1] * 0x1p-32;
+        }
+      });
+      for (size_t i = 0; i < n; ++i) {
+        requests[i].x = requests[i].pixel_x + x[i];
+        requests[i].y = requests[i].pixel_y + y[i];
+      }
+    }
   }
 
  private:
