@@ -55,16 +55,37 @@ class PathKernel {
     float pdf = 0;           // of the last direction; 0: it came from the camera or a sharp lobe
     float squeeze = 1;       // how much of the throughput is due to refraction, which roulette shall not see
     bool sharp_only = true;  // seen directly or through mirrors and glass
-    uint64_t key = 0;
-    uint32_t index = 0;
+  };
+  struct Pairs {
+    alignas(64) float u[kLanes], v[kLanes];
   };
 
   PathKernel(const KernelScene& scene, KernelCounts& counts) : scene_(scene), counts_(counts) {
     scene_.camera.prepare(camera_rays_);
   }
 
-  std::array<float, 2> pair(const Path& path, int depth, Pair purpose) const {
-    return sobol_owen_pair(path.index, kPairFirstSurface + kPairs * static_cast<uint32_t>(depth) + purpose, path.key);
+  std::array<float, 2> pair(int i, Pair purpose) const { return {pairs_[purpose].u[i], pairs_[purpose].v[i]}; }
+
+  // Makes the pairs of random numbers of one purpose at one depth.
+  void draw(uint32_t active, int depth, Pair purpose) {
+    const uint32_t number = kPairFirstSurface + kPairs * static_cast<uint32_t>(depth) + purpose;
+    Pairs& out = pairs_[purpose];
+    constexpr int kWorthAVector = 4;
+    if (std::popcount(active) < kWorthAVector)
+      return for_lanes(active, [&](int i) {
+        const auto [u, v] = sobol_owen_pair(index_[i], number, keys_[i]);
+        out.u[i] = u;
+        out.v[i] = v;
+      });
+    const uint64_t* keys = keys_;
+    const uint32_t* index = index_;
+    run_widest([&]() TRIAD_INLINE_BODY {
+      for (int i = 0; i < kLanes; ++i) {
+        const std::array<float, 2> pair = sobol_owen_pair(index[i], number, keys[i]);
+        out.u[i] = pair[0];
+        out.v[i] = pair[1];
+      }
+    });
   }
 
   void chunk(std::span<const SampleRequest> requests, std::span<Sample> samples) {
@@ -79,6 +100,14 @@ class PathKernel {
     for (int depth = 0; active != 0; ++depth) {
       aimed_ = 0;
       uint32_t going = 0;
+      if constexpr (kHasAims) {
+        draw(active, depth, kPairLight);
+        draw(active, depth, kPairLightChoice);
+      }
+      if constexpr (kBounces) {
+        draw(active, depth, kPairDirection);
+        draw(active, depth, kPairChoices);
+      }
       for_lanes(active, [&](int i) {
         if (shade(i, depth, samples[i])) going |= 1u << i;
       });
@@ -158,9 +187,9 @@ class PathKernel {
     Path& path = paths_[i];
     path = {};
     if (kHasAims || kBounces) {
-      path.key = path_key(request);
-      path.index = request.index;
-      lane_keys_[i] = mix_bits(path.key + kGoldenIncrement * (uint64_t{request.index} + 1));
+      keys_[i] = path_key(request);
+      index_[i] = request.index;
+      lane_keys_[i] = mix_bits(keys_[i] + kGoldenIncrement * (uint64_t{request.index} + 1));
     }
     rays_[i] = camera_rays_.ray(i);
     hits_[i] = camera_rays_.hit(i);
@@ -227,7 +256,7 @@ class PathKernel {
     const Bsdf<kLobes> bsdf(at, to, front, {drawn.diffuse, drawn.glossy, drawn.mirror, drawn.refraction},
                             follow_diffuse);
     if constexpr (kHasAims) {
-      if (bsdf.blurs() && !scene_.lights.empty()) aim(i, depth, surface, facing, frame, bsdf, follow_diffuse);
+      if (bsdf.blurs() && !scene_.lights.empty()) aim(i, surface, facing, frame, bsdf, follow_diffuse);
     }
     if constexpr (!kBounces) return false;
     return scatter(i, depth, surface, facing, frame, bsdf);
@@ -272,12 +301,12 @@ class PathKernel {
   }
 
   // Next-event estimation: a light, a point on it, and a shadow ray to be traced with those of the other lanes.
-  void aim(int i, int depth, const Surface& surface, Float3 facing, const Frame& frame, const Bsdf<kLobes>& bsdf,
+  void aim(int i, const Surface& surface, Float3 facing, const Frame& frame, const Bsdf<kLobes>& bsdf,
            bool follow_diffuse) {
     const Path& path = paths_[i];
     const Ray& ray = rays_[i];
-    const auto on_light = pair(path, depth, kPairLight);
-    const auto choice = pair(path, depth, kPairLightChoice);
+    const auto on_light = pair(i, kPairLight);
+    const auto choice = pair(i, kPairLightChoice);
     LightSample light;
     const bool pictures = kHasPictures && scene_.effects.has(Effect::kTexture);
     if (!scene_.lights.sample(surface.position, ray.time, double{choice[0]} + 0x1p-24 * double{choice[1]},
@@ -313,8 +342,8 @@ class PathKernel {
                const Bsdf<kLobes>& bsdf) {
     Path& path = paths_[i];
     Ray& ray = rays_[i];
-    const auto choices = pair(path, depth, kPairChoices);
-    const auto direction = pair(path, depth, kPairDirection);
+    const auto choices = pair(i, kPairChoices);
+    const auto direction = pair(i, kPairDirection);
     const BsdfSample next = bsdf.sample(choices[0], direction[0], direction[1]);
     if (next.lobe == Lobe::kNone) return false;
     const Float3 towards = frame.to_world(next.from);
@@ -354,6 +383,9 @@ class PathKernel {
   HitId hits_[kLanes];
   Float3 aims_[kLanes];
   uint64_t lane_keys_[kLanes] = {};
+  alignas(64) uint64_t keys_[kLanes] = {};  // with index_: what a path's random numbers hash from
+  alignas(64) uint32_t index_[kLanes] = {};
+  Pairs pairs_[kPairs];
   uint32_t aimed_ = 0;
 };
 

@@ -164,6 +164,7 @@ class RenderWork {
     raytracer::SourceOptions options;
     options.width = static_cast<int>(*width);
     options.height = static_cast<int>(*height);
+    options.geometry = false;
     const std::string effects = value_or(settings, "effects", "scene");
     if (effects == "everything")
       options.specialise = false;

@@ -88,7 +88,8 @@ constexpr std::array<uint32_t, 2> sobol_owen_point(uint32_t index, uint64_t key)
 // and no pair is correlated with another. `key` identifies pixel and seed; both numbers are in [0, 1).
 constexpr std::array<float, 2> sobol_owen_pair(uint32_t index, uint32_t pair, uint64_t key) {
   const uint64_t pair_key = mix_bits(key + kGoldenIncrement * (uint64_t{pair} + 1));
-  const uint32_t shuffled = owen_scramble(index, static_cast<uint32_t>(pair_key));
+  const uint32_t shuffled =
+      reverse_bits(owen_scramble_reversed(reverse_bits(index), static_cast<uint32_t>(pair_key)));
   const std::array<uint32_t, 2> point = sobol_owen_point(shuffled, mix_bits(pair_key));
   return {unit_float(point[0]), unit_float(point[1])};
 }
