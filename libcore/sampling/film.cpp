@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <limits>
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
+#include <triad/numeric/widest.hpp>
 #include <triad/sampling/film.hpp>
 #include <triad/sampling/sobol.hpp>
 
@@ -22,18 +25,8 @@ constexpr struct {
 
 constexpr size_t kFewPixels = 256;  // the relative error of a mean of 3 x 256 squared normals is 5%
 
-typedef double Two __attribute__((vector_size(16)));
-
-// Compensated sums side by side, with the error of each addition by Knuth's TwoSum: that of Neumaier's branch, as
-// both are exact.
-struct TwoSums {
-  Two sum, compensation;
-  void add(Two x) {
-    const Two after = sum + x, came = after - sum;
-    compensation += (sum - (after - came)) + (x - came);
-    sum = after;
-  }
-};
+typedef float FourFloats __attribute__((vector_size(16)));
+typedef double Four __attribute__((vector_size(32)));
 
 bool finite(const std::array<float, 3>& v) {
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
@@ -115,28 +108,48 @@ Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), hei
   colour_only_ = free == FilmPlanes{};
 }
 
-size_t Film::add(size_t pixel, uint32_t index, std::span<const Sample> samples) {
-  size_t left_out = 0;
+// Compensated sums of the three colours side by side, with the error of each addition by Knuth's TwoSum: that of
+// Neumaier's branch, as both are exact. False, and nothing was added, if a sample is not valid or not finite.
+TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const Sample> samples) {
+  Colour& colour = colour_[pixel];
+  std::array<NeumaierSum, 3>& stored = colour.sum;
+  Four sum{stored[0].sum, stored[1].sum, stored[2].sum, 0};
+  Four compensation{stored[0].compensation, stored[1].compensation, stored[2].compensation, 0};
+  bool valid = true;
+  for (const Sample& sample : samples) {
+    FourFloats rgb_and_more;
+    static_assert(offsetof(Sample, rgb) == 0 && sizeof(Sample) >= sizeof(rgb_and_more));
+    std::memcpy(&rgb_and_more, &sample, sizeof(rgb_and_more));
+    const Four x = __builtin_convertvector(rgb_and_more, Four), after = sum + x, came = after - sum;
+    compensation += (sum - (after - came)) + (x - came);
+    sum = after;
+    valid &= sample.valid;
+  }
+  // What is not finite stays so in a sum.
+  if (!valid || !std::isfinite(sum[0]) || !std::isfinite(sum[1]) || !std::isfinite(sum[2])) return false;
+  for (int c = 0; c < 3; ++c) stored[c] = {sum[c], compensation[c]};
+  colour.count += static_cast<uint32_t>(samples.size());
+  return true;
+}
+
+std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span<const Sample> samples) {
+  std::vector<size_t> left_out;
+  const auto add_one_by_one = [&](size_t first, size_t past) {
+    for (size_t i = first; i < past; ++i)
+      if (!add(pixel(requests[i].pixel_x, requests[i].pixel_y), requests[i].index, samples[i])) left_out.push_back(i);
+  };
   if (!colour_only_) {
-    for (const Sample& sample : samples) left_out += add(pixel, index++, sample) ? 0 : 1;
+    add_one_by_one(0, samples.size());
     return left_out;
   }
-  std::array<NeumaierSum, 3>& stored = colour_[pixel].sum;
-  TwoSums rg{{stored[0].sum, stored[1].sum}, {stored[0].compensation, stored[1].compensation}};
-  TwoSums b0{{stored[2].sum, 0}, {stored[2].compensation, 0}};
-  for (const Sample& sample : samples) {
-    const auto& [r, g, b] = sample.rgb;
-    if (!sample.valid ||
-        (r - r) + (g - g) + (b - b) != 0) {  // infinity - infinity is not a number, and differs from 0
-      ++left_out;
-      continue;
+  run_widest([&]() TRIAD_INLINE_BODY {
+    for (size_t first = 0, past = 0; first < requests.size(); first = past) {
+      const int32_t x = requests[first].pixel_x, y = requests[first].pixel_y;
+      for (past = first + 1; past < requests.size(); ++past)
+        if (requests[past].pixel_x != x || requests[past].pixel_y != y) break;
+      if (!add_run(pixel(x, y), samples.subspan(first, past - first))) add_one_by_one(first, past);
     }
-    rg.add(Two{r, g});
-    b0.add(Two{b, 0});
-  }
-  stored = {
-      NeumaierSum{rg.sum[0], rg.compensation[0]}, {rg.sum[1], rg.compensation[1]}, {b0.sum[0], b0.compensation[0]}};
-  colour_[pixel].count += static_cast<uint32_t>(samples.size() - left_out);
+  });
   return left_out;
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <triad/image/image.hpp>
+#include <triad/numeric/huge_pages.hpp>
 #include <triad/numeric/sum.hpp>
 #include <triad/sampling/source.hpp>
 #include <vector>
@@ -52,8 +53,9 @@ class Film {
   // Adds the pixel's sample number `index`. False, and nothing was added, if it is not valid or its colour not
   // finite. (Geometry that is not finite only leaves the geometry's planes as they are.)
   bool add(size_t pixel, uint32_t index, const Sample& sample);
-  // The same for samples index, index + 1, ... of one pixel, faster; how many were left out.
-  size_t add(size_t pixel, uint32_t index, std::span<const Sample> samples);
+  // The same, faster, for many samples at once, whose requests say pixels and indices. Returns where in the spans
+  // those stand that were left out.
+  std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples);
 
   uint32_t count(size_t pixel) const { return colour_[pixel].count; }
   // Of the colour; 0 without samples.
@@ -83,7 +85,7 @@ class Film {
     std::array<NeumaierSum, 3> sum{};
     uint32_t count = 0;
   };
-  std::vector<Colour> colour_;
+  std::vector<Colour, HugePageAllocator<Colour>> colour_;
   struct Half {  // of the samples in half 1
     std::array<double, 3> sum{};
     uint32_t count = 0;
@@ -97,6 +99,7 @@ class Film {
   std::vector<double> depth_;
   std::vector<std::array<double, 3>> position_, normal_, albedo_;
   std::vector<uint32_t> object_id_, material_id_;
+  bool add_run(size_t pixel, std::span<const Sample> samples);
   bool colour_only_;
 };
 

@@ -11,9 +11,9 @@
 namespace triad {
 namespace {
 
-constexpr size_t kBatch = 256;  // samples asked for at once: 34 kB, and .25 ms at 1 us each
-constexpr double kShort_s = 1;  // what is left of a render and takes less is one pass: nobody looks in between
+constexpr size_t kBatch = 256;            // samples asked for at once: 34 kB, and .25 ms at 1 us each
 constexpr uint32_t kFewestForError = 16;  // samples per pixel before an estimated error is believed
+constexpr uint32_t kSecondPass = 16;      // samples per pixel after the second pass
 
 double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -59,15 +59,10 @@ class Batch {
     place_(asked);
     const std::span<Sample> answers(samples_.data(), size_);
     shared_.source.eval(asked, answers);
-    for (size_t i = 0, past = 0; i < asked.size(); i = past) {  // runs of one pixel, ascending by index
-      const SampleRequest& first = asked[i];
-      do ++past;
-      while (past < asked.size() && asked[past].pixel_x == first.pixel_x && asked[past].pixel_y == first.pixel_y);
-      const size_t pixel = shared_.film.pixel(first.pixel_x, first.pixel_y);
-      const size_t left_out = shared_.film.add(pixel, first.index, answers.subspan(i, past - i));
-      if (left_out == 0) continue;
+    for (const size_t left_out : shared_.film.add(asked, answers)) {
+      const size_t pixel = shared_.film.pixel(asked[left_out].pixel_x, asked[left_out].pixel_y);
       const std::lock_guard lock(shared_.mutex);
-      shared_.dropped += left_out;
+      ++shared_.dropped;
       shared_.first_dropped = std::min(shared_.first_dropped, pixel);
     }
     size_ = 0;
@@ -116,9 +111,8 @@ RenderResult PointStrategy::render(const Source& source, const RenderOptions& op
   const int64_t columns = (int64_t{width} + tile - 1) / tile, rows = (int64_t{height} + tile - 1) / tile;
   const uint32_t spp = samples_per_pixel();
   const float footprint = 1 / std::sqrt(static_cast<float>(spp));
-  double each_s = std::numeric_limits<double>::infinity();  // a sample of each pixel
-  for (uint32_t first = 0, last = 1; first < spp && !shared.stopped; first = last, last = std::min(spp, last * 2)) {
-    if (!planes.error && (spp - first) * each_s < kShort_s) last = spp;
+  const auto next = [spp](uint32_t last) { return std::min(spp, std::max(last * 2, kSecondPass)); };
+  for (uint32_t first = 0, last = 1; first < spp && !shared.stopped; first = last, last = next(last)) {
     const double start_s = now_s();
     const uint64_t before = counted.samples();
     parallel_for(columns * rows, [&](int64_t t) {
@@ -144,7 +138,6 @@ RenderResult PointStrategy::render(const Source& source, const RenderOptions& op
             std::min(shared.expected, static_cast<double>(counted.samples()) * std::max(1., ratio * ratio));
       }
     }
-    each_s = pass.seconds / (last - first);
     result.passes.push_back(pass);
     if (result.reached) break;
   }

@@ -9,9 +9,9 @@ namespace triad {
 
 using StrategyValues = std::map<std::string, int64_t>;  // one for each parameter, in range
 
-// Renders in passes over the whole picture that double the number of samples: 1, 2, 4, 8 ... of each pixel; where no
-// error is estimated, a rest that should take less than a second is one pass.
-// A pixel's samples are summed by ascending index, by one thread at a time.
+// Renders in passes over the whole picture, to 1 sample of each pixel, 16, 32, 64 and so on: soon there is something
+// to see, and no pass is so small that walking through the film costs more than its samples. A pixel's samples are
+// summed by ascending index, by one thread at a time.
 class PointStrategy : public Strategy {
  public:
   PointStrategy(const StrategyInfo& info, const StrategyValues& values) : info_(info), values_(values) {}

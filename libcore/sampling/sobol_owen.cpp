@@ -26,6 +26,7 @@ class SobolOwen final : public PointStrategy {
   void place(std::span<SampleRequest> requests) const override {
     constexpr size_t kAtOnce = 64;
     std::array<uint32_t, kAtOnce> index{}, seed_x{}, seed_y{};
+    std::array<int32_t, kAtOnce> pixel_x{}, pixel_y{};
     std::array<double, kAtOnce> x, y;
     SobolOwenSeeds seeds(0);
     int32_t seeded_x = 0, seeded_y = 0;
@@ -41,19 +42,21 @@ class SobolOwen final : public PointStrategy {
           seeded = true;
         }
         index[i] = request.index;
+        pixel_x[i] = request.pixel_x;
+        pixel_y[i] = request.pixel_y;
         seed_x[i] = seeds.x;
         seed_y[i] = seeds.y;
       }
       run_widest([&]() TRIAD_INLINE_BODY {
         for (size_t i = 0; i < kAtOnce; ++i) {
           const std::array<uint32_t, 2> point = sobol_owen_point(index[i], SobolOwenSeeds(seed_x[i], seed_y[i]));
-          x[i] = point[0] * 0x1p-32;
-          y[i] = point[1] * 0x1p-32;
+          x[i] = pixel_x[i] + point[0] * 0x1p-32;
+          y[i] = pixel_y[i] + point[1] * 0x1p-32;
         }
       });
       for (size_t i = 0; i < n; ++i) {
-        requests[i].x = requests[i].pixel_x + x[i];
-        requests[i].y = requests[i].pixel_y + y[i];
+        requests[i].x = x[i];
+        requests[i].y = y[i];
       }
     }
   }
