@@ -23,7 +23,7 @@ namespace {
 using namespace triad;
 using namespace triad::raytracer;
 
-constexpr int kThreads = 2, kWidth = 1280, kHeight = 720;
+constexpr int kThreads = 2, kWidth = 640, kHeight = 360;
 
 // Seconds of the processor, summed over this process's threads: they leave out what other programs take. Both sides
 // keep all threads busy, so on an idle machine the ratio is that of the seconds that pass.
@@ -187,7 +187,7 @@ void visibility(benchmark::State& state, const std::string& strategy) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  for (const char* strategy : {"sobol-owen:spp=16", "grid:n=4", "control"})
+  for (const char* strategy : {"sobol-owen:spp=64", "sobol-owen:spp=16", "grid:n=8", "control"})
     benchmark::RegisterBenchmark((std::string("visibility/room/") + strategy).c_str(), visibility, strategy)
         ->UseManualTime()
         ->Unit(benchmark::kMillisecond)
