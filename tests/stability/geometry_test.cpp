@@ -2,7 +2,8 @@
 // Pictures of scenes whose triangles are hard: far away, of all sizes at once, thin, flat, on top of one another.
 #include "../unit/gltf_files.hpp"
 
-#include <cstring>
+#include <triad/base/parallel.hpp>
+#include <triad/sampling/strategy.hpp>
 
 #include "../statistical/raytracer_scenes.hpp"
 #include "raytracer/gltf_loader.hpp"
@@ -163,16 +164,34 @@ TEST(GeometryStability, CoplanarFacesAreDeterministic) {
   }
   scene.cameras.push_back(looking({.3, 1, .2}, {0, 0, 0}, .6));
   const auto source = source_of(scene, kSide, kSide);
-  const auto list = requests(kSide, kSide, 4);
-  const auto once = evaluate(*source, list, 1, list.size());
-  uint64_t others = 0, strange = 0;
-  for (const auto& [threads, piece] : {std::pair{2, 500}, {7, 37}, {1, 1}}) {
-    const auto again = evaluate(*source, list, threads, static_cast<size_t>(piece));
-    for (size_t i = 0; i < once.size(); ++i) others += again[i].rgb != once[i].rgb;
+  const auto strategy = make_strategy("sobol-owen:spp=4", "strategy");
+  const int threads_before = thread_limit();
+  std::vector<std::array<double, 3>> first;
+  uint64_t changed = 0, pixels = 0;
+  for (const int threads : {1, 2, 7}) {
+    set_thread_limit(threads);
+    const RenderResult result = strategy->render(*source, {});
+    for (size_t p = 0; p < result.film.pixels(); ++p) {
+      if (threads == 1) first.push_back(result.film.mean(p));
+      changed += result.film.mean(p) != first[p];
+      ++pixels;
+    }
   }
-  for (const Sample& sample : once) strange += sample.rgb[0] + sample.rgb[1] + sample.rgb[2] != 1;
-  stability::never("geometry", "coplanar faces: samples that change with threads or pieces", others, 3 * once.size());
-  stability::never("geometry", "coplanar faces: samples of neither face", strange, once.size());
+  set_thread_limit(threads_before);
+  stability::never("geometry", "coplanar faces: pixels that change with the number of threads", changed, pixels);
+
+  // Which of two faces at one distance a ray meets is a matter of rounding, which differs with the company that
+  // Embree traces it in. It is always one of them.
+  const auto list = requests(kSide, kSide, 4);
+  const auto together = evaluate(*source, list, 1, list.size()), others_with = evaluate(*source, list, 1, 37);
+  uint64_t others = 0, strange = 0;
+  for (size_t i = 0; i < list.size(); ++i) {
+    others += others_with[i].rgb != together[i].rgb;
+    strange += others_with[i].rgb[0] + others_with[i].rgb[1] + others_with[i].rgb[2] != 1;
+  }
+  stability::never("geometry", "coplanar faces: samples of neither face", strange, list.size());
+  stability::at_most("geometry", "coplanar faces: share of samples that depend on those asked for with them",
+                     static_cast<double>(others) / static_cast<double>(list.size()), .05);
 }
 
 TEST(GeometryStability, GrazingAngles) {
