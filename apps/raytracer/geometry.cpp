@@ -2,6 +2,7 @@
 #include "geometry.hpp"
 
 #include <cstring>
+#include <numeric>
 #include <triad/base/error.hpp>
 #include <triad/base/random.hpp>
 
@@ -218,9 +219,71 @@ void Geometry::add(const Mesh& mesh, uint32_t id, EffectSet effects) {
     rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
     rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);
   }
+  attach(geometry, id);
+  // Where a material has holes, a pinhole more is no leak.
+  if (scene_.materials[mesh.material].alpha_mode == AlphaMode::kOpaque) add_caps(mesh, id);
+}
+
+void Geometry::attach(RTCGeometry geometry, uint32_t id) {
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(tree_.get(), geometry, id);
   rtcReleaseGeometry(geometry);
+}
+
+void Geometry::add_caps(const Mesh& mesh, uint32_t id) {
+  const bool moves = motion_ && mesh.moves();
+  const CornerCaps made(mesh, moves);
+  const size_t count = made.caps().size();
+  if (count == 0) return;
+  RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  const unsigned steps = moves ? static_cast<unsigned>(mesh.motion_positions.size()) + 1 : 1;
+  rtcSetGeometryTimeStepCount(geometry, steps);
+  for (unsigned step = 0; step < steps; ++step) {
+    void* corners =
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT3, sizeof(Float3), 3 * count);
+    if (corners)
+      made.place(mesh, step == 0 ? mesh.positions : mesh.motion_positions[step - 1], static_cast<Float3*>(corners));
+  }
+  void* indices =
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(uint32_t), count);
+  if (indices) std::iota(static_cast<uint32_t*>(indices), static_cast<uint32_t*>(indices) + 3 * count, 0u);
+  cap_users_.push_back(std::make_unique<CapUser>(CapUser{&mesh, id, moves, made.caps()}));
+  rtcSetGeometryUserData(geometry, cap_users_.back().get());
+  rtcSetGeometryIntersectFilterFunction(geometry, cap_filter);
+  rtcSetGeometryOccludedFilterFunction(geometry, cap_filter);
+  attach(geometry, static_cast<uint32_t>(scene_.meshes.size()) + id);
+}
+
+// Runs for the few rays that meet a cap, and lets those of them pass that have no need of it. A hit becomes one of
+// the triangle that stands for the corner, on its edge.
+void Geometry::cap_filter(const RTCFilterFunctionNArguments* args) {
+  const CapUser& user = *static_cast<const CapUser*>(args->geometryUserPtr);
+  const unsigned n = args->N;
+  for (unsigned i = 0; i < n; ++i) {
+    if (args->valid[i] == 0) continue;
+    const CornerCap cap = user.caps[RTCHitN_primID(args->hit, n, i)];
+    const Mesh& mesh = *user.mesh;
+    const Float3 corner =
+        user.motion ? motion_lerp(mesh.positions, mesh.motion_positions, cap.vertex, RTCRayN_time(args->ray, n, i))
+                    : mesh.positions[cap.vertex];
+    const Double3 origin{RTCRayN_org_x(args->ray, n, i), RTCRayN_org_y(args->ray, n, i),
+                         RTCRayN_org_z(args->ray, n, i)};
+    const Double3 direction{RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i),
+                            RTCRayN_dir_z(args->ray, n, i)};
+    if (!grazes_corner(origin, direction, corner)) {
+      args->valid[i] = 0;
+      continue;
+    }
+    RTCHitN_geomID(args->hit, n, i) = user.mesh_id;
+    RTCHitN_primID(args->hit, n, i) = cap.triangle;
+    RTCHitN_u(args->hit, n, i) = RTCHitN_v(args->hit, n, i) = 0;
+  }
+}
+
+uint64_t Geometry::memory_bytes() const {
+  uint64_t bytes = static_cast<uint64_t>(std::max<int64_t>(0, memory_->load()));
+  for (const auto& user : cap_users_) bytes += user->caps.size() * sizeof(CornerCap);
+  return bytes;
 }
 
 void Geometry::intersect(const Ray* rays, uint32_t active, const uint64_t* lane_keys, bool coherent,

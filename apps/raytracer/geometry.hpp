@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "corner_caps.hpp"
 #include "effects.hpp"
 #include "scene_source.hpp"
 #include "vec.hpp"
@@ -104,7 +105,8 @@ class Geometry {
   // The triangle's corners at a time.
   std::array<Float3, 3> corners(HitId triangle, float time) const;
 
-  uint64_t memory_bytes() const { return static_cast<uint64_t>(std::max<int64_t>(0, memory_->load())); }
+  // Embree's memory and ours; the scene's own is the scene's.
+  uint64_t memory_bytes() const;
   int packet_width() const { return width_; }
 
  private:
@@ -115,6 +117,8 @@ class Geometry {
     void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
   };
   void add(const Mesh& mesh, uint32_t id, EffectSet effects);
+  void add_caps(const Mesh& mesh, uint32_t id);
+  void attach(RTCGeometry geometry, uint32_t id);
 
   const Scene& scene_;
   bool motion_;
@@ -128,6 +132,14 @@ class Geometry {
   };
   std::vector<std::unique_ptr<AlphaUser>> alpha_users_;
   static void alpha_filter(const RTCFilterFunctionNArguments* args);
+  struct CapUser {
+    const Mesh* mesh;
+    uint32_t mesh_id;
+    bool motion;
+    std::vector<CornerCap> caps;
+  };
+  std::vector<std::unique_ptr<CapUser>> cap_users_;
+  static void cap_filter(const RTCFilterFunctionNArguments* args);
   int width_ = 8;
 };
 

@@ -9,6 +9,7 @@
 #include <tiny_gltf.h>
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -23,6 +24,13 @@ struct File {
   std::string path;
   tinygltf::Model model;
   std::vector<std::string> warnings;
+  std::function<void(double)> progress{};
+
+  // Shares of the seconds that a large file takes: parsed; materials and pictures read; accessors decoded; placed.
+  static constexpr double kParsed = .3, kPicturesRead = .4, kMeshesRead = .7;
+  void tell_progress(double done) const {
+    if (progress) progress(done);
+  }
 
   // Throws Error(kInput): "cannot read 'path': what".
   [[noreturn]] void fail(const std::string& what) const;

@@ -38,6 +38,8 @@ bool gives_light(const Scene& scene) {
 
 Scene load_gltf(const std::string& path, const LoadOptions& options) {
   gltf::File file = gltf::parse_file(path);
+  file.progress = options.progress;
+  file.tell_progress(gltf::File::kParsed);
   Scene scene;
   scene.file = path;
   gltf::Nodes nodes(file);
@@ -50,6 +52,7 @@ Scene load_gltf(const std::string& path, const LoadOptions& options) {
   nodes.place(shutter);
   gltf::read_materials(file, scene);
   gltf::read_environment(file, nodes, scene);
+  file.tell_progress(gltf::File::kPicturesRead);
   gltf::read_meshes(file, nodes, scene);
   gltf::place_cameras(file, nodes, uses, scene);
   if (scene.cameras.empty()) gltf::add_default_camera(file, scene);

@@ -2,6 +2,7 @@
 // Scenes from glTF 2.0 files (.gltf and .glb).
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "scene.hpp"
@@ -10,6 +11,8 @@ namespace triad::raytracer {
 
 struct LoadOptions {
   std::string camera;  // by name or by number from 0; "" the first in the scene
+  // Told how much is done, 0 to 1, never less than before; from the thread that loads.
+  std::function<void(double)> progress{};
 };
 
 // Reads a scene with its buffers and pictures; which of the two formats it is, its first bytes tell.

@@ -245,7 +245,12 @@ void read_meshes(File& file, const Nodes& nodes, Scene& scene) {
     const auto& mesh = file.at(file.model.meshes, node.mesh, "mesh", user);
     if (node.skin >= 0) file.warn(user + " has a skin, which is not applied: its mesh is drawn as it was modelled");
     const auto [place, fresh] = primitives.try_emplace(node.mesh);
-    if (fresh) place->second = read_mesh(file, node.mesh);
+    if (fresh) {
+      check_cancel();
+      place->second = read_mesh(file, node.mesh);
+      const double share = static_cast<double>(primitives.size()) / static_cast<double>(file.model.meshes.size());
+      file.tell_progress(std::lerp(File::kPicturesRead, File::kMeshesRead, share));
+    }
     const Matrix3d linear = nodes.worlds(e)[0].linear();
     if (!(std::abs(linear.determinant()) > 1e-15 * std::pow(linear.norm(), 3)))
       file.warn(user + " has a singular matrix: what hangs on it is flat");
@@ -278,6 +283,7 @@ void read_meshes(File& file, const Nodes& nodes, Scene& scene) {
     if (built[k].moves()) areas[k] += area_of(built[k].motion_positions.back(), built[k].indices);
   });
 
+  file.tell_progress(1);
   Bounds final_bounds;
   for (size_t k = 0; k < built.size(); ++k) {
     Mesh& mesh = built[k];

@@ -129,6 +129,12 @@ class SharedProgress {
   Progress progress_;
 };
 
+std::shared_ptr<const raytracer::Scene> load(const Options& options) {
+  Progress progress("loading " + options.scene);
+  const auto update = [&progress](double done) { progress.update(done); };
+  return std::make_shared<const raytracer::Scene>(raytracer::load_gltf(options.scene, {options.camera, update}));
+}
+
 std::unique_ptr<raytracer::SceneSource> build(std::shared_ptr<const raytracer::Scene> scene, Job& job) {
   SharedProgress progress("building " + scene->file);
   job.source.camera = scene->camera;
@@ -210,7 +216,7 @@ void render(const Options& options) {
   Job job = check(options);
   Seconds seconds;
   Stopwatch watch;
-  const auto scene = std::make_shared<const raytracer::Scene>(raytracer::load_gltf(options.scene, {options.camera}));
+  const auto scene = load(options);
   for (const std::string& line : scene->warnings) warn(line);
   check_cancel();
   seconds.load = watch.lap();

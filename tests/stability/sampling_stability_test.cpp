@@ -8,6 +8,7 @@
 #include <triad/sampling/strategy.hpp>
 
 #include "../unit/sampling_sources.hpp"
+#include "stability_table.hpp"
 
 using namespace triad;
 using test::FunctionSource;
@@ -28,7 +29,7 @@ TEST(StatisticsStability, SumsKeepWhatRoundingWouldLose) {
   Film film(1, 1, {});
   const int n = 1'000'000;
   for (int i = 0; i < n; ++i) film.add(0, static_cast<uint32_t>(i), grey((i & 1 ? -1e8 : 1e8) + (i % 4 < 2 ? 8 : 0)));
-  EXPECT_EQ(film.mean(0)[0], 4);
+  stability::equal("sums", "10^6 samples of +-1e8 over a bias of 4: mean", film.mean(0)[0], 4);
 }
 
 TEST(StatisticsStability, VarianceOfLargeNumbersWithSmallNoise) {
@@ -41,14 +42,37 @@ TEST(StatisticsStability, VarianceOfLargeNumbersWithSmallNoise) {
     film.add(0, i, grey(1e8 + 8 * (i % 4)));
     film.add(1, i, grey(1e8));
   }
-  EXPECT_NEAR(film.variance_of_mean(0)[1] * n, 80. * n / (n - 1), 80 * 1e-9);
-  EXPECT_EQ(film.variance_of_mean(1)[1], 0);
+  const double expected = 80. * n / (n - 1);
+  stability::at_most("statistics", "variance of 1e8 + noise of 9: relative error",
+                     std::abs(film.variance_of_mean(0)[1] * n / expected - 1), 1e-9);
+  stability::equal("statistics", "variance of 1e8 without noise", film.variance_of_mean(1)[1], 0);
   Film small(1, 1, planes);
   EXPECT_EQ(small.variance_of_mean(0)[0], 0);
   small.add(0, 0, grey(1e8));
-  EXPECT_EQ(small.variance_of_mean(0)[0], 0);  // one sample
+  stability::equal("statistics", "variance of one sample", small.variance_of_mean(0)[0], 0);
   small.add(0, 1, grey(1e8 + 16));
-  EXPECT_DOUBLE_EQ(small.variance_of_mean(0)[0], 128. / 2);  // two: 2 * 8^2 / 1
+  stability::equal("statistics", "variance of the mean of two, 1e8 and 1e8 + 16", small.variance_of_mean(0)[0],
+                   2 * 8 * 8 / 1 / 2.);
+  Film equal(1, 1, planes);
+  equal.add(0, 0, grey(.1));
+  equal.add(0, 1, grey(.1));
+  stability::equal("statistics", "variance of two equal samples", equal.variance_of_mean(0)[0], 0);
+}
+
+TEST(StatisticsStability, VarianceIsNeverNegative) {
+  FilmPlanes planes;
+  planes.variance = true;
+  uint64_t negative = 0;
+  constexpr uint32_t kFilms = 2000;
+  for (uint32_t k = 0; k < kFilms; ++k) {
+    // The last bits of large and small numbers, two of them, in turn.
+    Film film(1, 1, planes);
+    const float base = std::ldexp(1.f + static_cast<float>(k) / kFilms, static_cast<int>(k % 120) - 60);
+    for (uint32_t i = 0; i < 2 + k % 7; ++i)
+      film.add(0, i, grey(static_cast<double>(i % 2 == 0 ? base : std::nextafter(base, 0.f))));
+    negative += !(film.variance_of_mean(0)[0] >= 0);
+  }
+  stability::never("statistics", "variance of numbers one bit apart: negative or not a number", negative, kFilms);
 }
 
 TEST(StatisticsStability, NaiveVarianceWouldBeLost) {
@@ -60,7 +84,8 @@ TEST(StatisticsStability, NaiveVarianceWouldBeLost) {
     sum += x;
     squares += x * x;
   }
-  EXPECT_GT(std::abs(squares / n - sum / n * (sum / n) - 80), 1);
+  stability::naive_fails("statistics", "the same as mean of squares less square of mean: relative error",
+                         std::abs((squares / n - sum / n * (sum / n)) / 80 - 1), 1. / 80);
 }
 
 TEST(StrategyStability, OnePixelAndOneSample) {
@@ -71,7 +96,8 @@ TEST(StrategyStability, OnePixelAndOneSample) {
                                       {"sobol-owen:spp=1", 1u},
                                       {"sobol-owen:spp=2", 2u}}) {
     const RenderResult result = render(text, pixel);
-    EXPECT_EQ(result.samples, samples) << text;
+    stability::equal("strategies", std::string("one pixel, ") + text + ": samples",
+                     static_cast<double>(result.samples), samples);
     EXPECT_EQ(result.film.mean(0), (std::array<double, 3>{1, 2, 3})) << text;
     EXPECT_EQ(result.film.variance_of_mean(0), (std::array<double, 3>{0, 0, 0})) << text;
   }
@@ -86,10 +112,17 @@ TEST(StrategyStability, MoireWhereThePeriodIsTheSampleSpacing) {
                                [](const SampleRequest& r) { return grey(std::fmod(r.x * 4, 2.) < 1 ? 1 : 0); });
   for (const auto& [text, expected] : {std::pair{"control", 1.}, {"grid:n=2", 0.}, {"grid:n=4", .5}}) {
     const RenderResult result = render(text, stripes);
-    for (size_t p = 0; p < result.film.pixels(); ++p) ASSERT_EQ(result.film.mean(p)[0], expected) << text;
+    uint64_t others = 0;
+    for (size_t p = 0; p < result.film.pixels(); ++p) others += result.film.mean(p)[0] != expected;
+    stability::never("strategies", fmt::format("stripes in step with {}: pixels other than {}", text, expected),
+                     others, result.film.pixels());
   }
   const RenderResult result = render("sobol-owen:spp=16", stripes);
-  for (size_t p = 0; p < result.film.pixels(); ++p) ASSERT_EQ(result.film.mean(p)[0], .5);  // 4 points in each stripe
+  uint64_t others = 0;
+  for (size_t p = 0; p < result.film.pixels(); ++p)
+    others += result.film.mean(p)[0] != .5;  // 4 points in each stripe
+  stability::never("strategies", "stripes under sobol-owen:spp=16: pixels other than 0.5", others,
+                   result.film.pixels());
 }
 
 TEST(StrategyStability, AbsurdlyBrightAndDarkLight) {
@@ -97,7 +130,7 @@ TEST(StrategyStability, AbsurdlyBrightAndDarkLight) {
     return grey(r.pixel_x == 0 ? 3e38 : r.pixel_x == 1 ? 1e-45 : r.pixel_x == 2 ? -1e-38 : 0);
   });
   const RenderResult result = render("sobol-owen:spp=64", source);
-  EXPECT_EQ(result.dropped, 0u);
+  stability::never("values", "samples of 3e38, 1e-45 and -1e-38: dropped", result.dropped, result.samples);
   EXPECT_EQ(result.film.mean(0)[0], static_cast<double>(3e38f));
   EXPECT_EQ(result.film.mean(1)[0], static_cast<double>(1e-45f));
   EXPECT_EQ(result.film.mean(2)[0], static_cast<double>(-1e-38f));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much light there is: furnaces, form factors, two seeds, and a second estimator.
+// How much light there is: form factors, two seeds, and a second estimator. Furnaces: tests/stability/light_test.cpp.
 #include <gtest/gtest.h>
 
 #include "raytracer/camera.hpp"
@@ -10,86 +10,6 @@ namespace triad::raytracer::testing {
 namespace {
 
 constexpr double kPiD = std::numbers::pi;
-
-// A ball in a furnace: light of radiance 1 from everywhere.
-Scene furnace(Material material) {
-  Scene scene;
-  add_mesh(scene, ball(3), add_material(scene, std::move(material)));
-  scene.environment.radiance = {1, 1, 1};
-  scene.cameras.push_back(looking({0, 0, 5}, {0, 0, 0}, 1.2));
-  return scene;
-}
-
-void expect_one_everywhere(const Material& material) {
-  SourceOptions options;
-  options.max_depth = 200;
-  const auto source = source_of(furnace(material), 32, 32, options);
-  const auto samples = evaluate(*source, requests(32, 32, 16));
-  for (const Sample& sample : samples) {
-    ASSERT_TRUE(sample.valid);
-    for (const float channel : sample.rgb) ASSERT_NEAR(channel, 1, 1e-4);
-  }
-  EXPECT_EQ(source->invalid_samples(), 0u);
-}
-
-TEST(Furnace, MattBallIsInvisible) { expect_one_everywhere(matt({1, 1, 1})); }
-TEST(Furnace, MirrorBallIsInvisible) { expect_one_everywhere(metal({1, 1, 1}, 0)); }
-TEST(Furnace, NearlyMirrorBallIsInvisible) { expect_one_everywhere(metal({1, 1, 1}, 1e-6f)); }
-TEST(Furnace, GlassBallIsInvisible) { expect_one_everywhere(glass(1.5f)); }
-TEST(Furnace, GlassOfNoIndexIsInvisible) {
-  for (const float ior : {1.f, 1 + 1e-6f, 1 - 1e-6f}) expect_one_everywhere(glass(ior));
-}
-
-// Directional albedo of GGX without Fresnel, by its textbook formulas in double precision, midpoint rule over the
-// hemisphere of half vectors: an integral other than the one that the ray tracer samples.
-double ggx_albedo(double cosine, double alpha) {
-  constexpr int kSteps = 1000;
-  const double to_x = std::sqrt(1 - cosine * cosine);
-  const auto lambda = [&](double c) { return (std::sqrt(1 + alpha * alpha * (1 - c * c) / (c * c)) - 1) / 2; };
-  double sum = 0;
-  for (int i = 0; i < kSteps; ++i) {
-    // x: tan of the half vector's angle = alpha x / (1 - x); weight: the distribution's share per x.
-    const double x = (i + .5) / kSteps, rest = 1 - x, both = rest * rest + x * x;
-    const double tan2 = alpha * alpha * x * x / (rest * rest), weight = 2 * x * rest / (both * both);
-    const double hz = 1 / std::sqrt(1 + tan2), hr = std::sqrt(1 - hz * hz);
-    for (int j = 0; j < kSteps; ++j) {
-      const double hx = hr * std::cos(2 * kPiD * (j + .5) / kSteps), to_half = to_x * hx + cosine * hz;
-      const double from = 2 * to_half * hz - cosine;
-      if (to_half <= 0 || from <= 0) continue;
-      // Density of half vectors D hz; d from = 4 to_half d half; BSDF D G / (4 to from) times from.
-      sum += weight * to_half / (cosine * hz) / (1 + lambda(cosine) + lambda(from));
-    }
-  }
-  return sum / kSteps / kSteps;
-}
-
-// A large floor in a furnace, seen at an angle: its radiance is its directional albedo.
-Estimate floor_in_furnace(const Material& material, double cosine) {
-  Scene scene;
-  add_mesh(scene, quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}), add_material(scene, material));
-  scene.environment.radiance = {1, 1, 1};
-  scene.cameras.push_back(looking({0, cosine, std::sqrt(1 - cosine * cosine)}, {0, 0, 0}, 1e-3));
-  return estimate(evaluate(*source_of(scene, 32, 32), requests(32, 32, 256)), 256);
-}
-
-TEST(Furnace, RoughMetalHasItsDirectionalAlbedo) {
-  for (const float roughness : {.1f, .3f, .6f, 1.f})
-    for (const double cosine : {.15, .5, .95}) {
-      const double alpha = static_cast<double>(roughness) * static_cast<double>(roughness);
-      const Estimate found = floor_in_furnace(metal({1, 1, 1}, roughness), cosine);
-      EXPECT_NEAR(found.mean, ggx_albedo(cosine, alpha), 3 * found.standard_error + 2e-5)
-          << roughness << " " << cosine;
-      EXPECT_LE(found.mean, 1 + 1e-4);
-    }
-}
-
-TEST(Furnace, WhiteBaseUnderARoughCoatReflectsAll) {
-  for (const float roughness : {0.f, .05f, .2f, .5f, 1.f})
-    for (const double cosine : {.1, .5, .95}) {
-      const Estimate found = floor_in_furnace(coated({1, 1, 1}, roughness), cosine);
-      EXPECT_NEAR(found.mean, 1, 3 * found.standard_error + 1e-3) << roughness << " " << cosine;
-    }
-}
 
 // A matt floor of albedo .5 at the origin, a lamp of radiance 1 above it that shines down, seen from the side.
 Estimate floor_under(Mesh lamp_mesh) {

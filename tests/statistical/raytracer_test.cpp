@@ -3,9 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <random>
 
-#include "raytracer/geometry.hpp"
 #include "raytracer_scenes.hpp"
 
 namespace triad::raytracer::testing {
@@ -137,74 +135,6 @@ TEST(RayTracer, SaysWhichEffectsAndWhy) {
   EXPECT_ANY_THROW(parse_effects("mirrors"));
   EXPECT_ANY_THROW(parse_effects(""));
   EXPECT_ANY_THROW(parse_effects("mirror,"));
-}
-
-// Rays at points of a closed mesh's edges, or at its corners, from inside: how many find a way out.
-uint64_t leaks(int shots, bool corners, bool packets, float beside = 0) {
-  Scene scene;
-  add_mesh(scene, ball(4), add_material(scene, matt({1, 1, 1})));
-  scene.cameras.push_back({});
-  const Geometry geometry(scene, {}, {});
-  const Mesh& mesh = scene.meshes[0];
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> unit(0, 1);
-  const uint64_t keys[kLanes] = {};
-  Ray rays[kLanes];
-  HitId hits[kLanes];
-  uint64_t count = 0;
-  for (int shot = 0; shot < shots; shot += kLanes) {
-    for (Ray& ray : rays) {
-      const auto& corner = mesh.indices[random() % mesh.indices.size()];
-      const Float3 a = mesh.positions[corner[0]], b = mesh.positions[corner[1]];
-      ray.origin = {unit(random) - .5f, unit(random) - .5f, unit(random) - .5f};
-      ray.direction = normalise(lerp(a, b, corners ? beside : unit(random)) - ray.origin);
-    }
-    geometry.intersect(rays, 0xffff, keys, packets, hits);
-    for (const HitId hit : hits) count += hit.mesh == kMiss ? 1 : 0;
-  }
-  return count;
-}
-
-TEST(RayTracer, NoRayLeavesAClosedMeshThroughItsEdges) {
-  EXPECT_EQ(leaks(500'000, false, false), 0u);
-  EXPECT_EQ(leaks(500'000, false, true), 0u);
-}
-
-// Embree signs each edge alike for both of its triangles, but not all the edges around a corner together: a ray aimed
-// at a corner to the last bit finds a pinhole in 1 of 400 cases. A few millionths beside it there is none.
-TEST(RayTracer, CornersHavePinholesOnlyForRaysAimedAtThem) {
-  EXPECT_LT(leaks(200'000, true, false), 1000u);
-  EXPECT_LT(leaks(200'000, true, true), 1000u);
-  // Of an edge of 7 cm: some 3e-6 m.
-  EXPECT_EQ(leaks(200'000, true, true, 5e-5f), 0u);
-}
-
-TEST(RayTracer, BlackSceneIsBlackAndCostsCameraRaysOnly) {
-  Scene scene = box(matt({1, 1, 1}), metal({1, 1, 1}, .5f));
-  scene.materials[3].emission = {};
-  const auto source = source_of(scene, 16, 16);
-  for (const Sample& sample : evaluate(*source, requests(16, 16, 4))) {
-    EXPECT_EQ(sample.rgb, (std::array<float, 3>{}));
-    EXPECT_TRUE(sample.valid);
-  }
-  EXPECT_EQ(source->rays(RayKind::kCamera), 1024u);
-  EXPECT_EQ(source->rays(RayKind::kShadow) + source->rays(RayKind::kDiffuse) + source->rays(RayKind::kGlossy), 0u);
-}
-
-TEST(RayTracer, PointLightANanometreAwayIsFiniteAndRight) {
-  for (const float height_m : {1e-9f, 1e-6f, 1e-3f, 1.f}) {
-    Scene scene;
-    add_mesh(scene, quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}), add_material(scene, matt({.5f, .5f, .5f})));
-    scene.lights.push_back({"", LightKind::kPoint, {0, height_m, 0}, {}, {1, 1, 1}});
-    scene.cameras.push_back(looking({0, 1, 0}, {0, 0, 0}, 1e-12));
-    scene.cameras[0].poses[0].position_m.y = 2;
-    const auto source = source_of(scene, 1, 1);
-    const Sample sample = evaluate(*source, requests(1, 1, 1))[0];
-    const double expected = .5 / std::numbers::pi / height_m / height_m;
-    ASSERT_TRUE(sample.valid) << height_m;
-    EXPECT_NEAR(sample.rgb[0] / expected, 1, 1e-5) << height_m;
-    EXPECT_EQ(source->invalid_samples(), 0u);
-  }
 }
 
 TEST(RayTracer, LeavesFloatingPointModesAlone) {

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <raytracer/gltf_loader.hpp>
@@ -46,6 +47,15 @@ std::string all_warnings(const Scene& scene) {
 }
 
 using Triangles = std::vector<std::array<uint32_t, 3>>;
+
+TEST(Gltf, TellsHowMuchIsLoaded) {
+  std::vector<double> told;
+  load(triangle(), {"", [&told](double done) { told.push_back(done); }});
+  ASSERT_GE(told.size(), 3u);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_GT(told.front(), 0);
+  EXPECT_EQ(told.back(), 1);
+}
 
 TEST(Gltf, ReadsATriangleFromBothForms) {
   const picture_files::Folder folder;
