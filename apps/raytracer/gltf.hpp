@@ -41,6 +41,12 @@ struct File {
   [[noreturn]] void fail_index(int index, size_t size, const char* what, const std::string& user) const;
 };
 
+// Largest coordinate, relative to the scene's origin, of what rays begin at or meet: its square fits a float and it
+// is below the 1.8e18 that Embree allows, whose assertions end the program.
+inline constexpr double kMostCoordinate_m = 1e15;
+// Largest half-height and lens of a camera: a picture a million times as wide as high still stays within the above.
+inline constexpr double kMostView_m = 1e9;
+
 // Reads and parses; checks versions, nesting, required extensions. No accessor is looked at yet.
 File parse_file(const std::string& path);
 

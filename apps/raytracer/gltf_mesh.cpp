@@ -5,6 +5,7 @@
 #include <numeric>
 #include <triad/base/file.hpp>
 #include <triad/base/parallel.hpp>
+#include <triad/base/text.hpp>
 
 #include "gltf.hpp"
 
@@ -150,7 +151,9 @@ std::string instance_name(const std::string& node, const std::string& mesh, cons
 // that distances between vertices survive exactly.
 Vector3d choose_origin(File& file, const Bounds& bounds) {
   const Vector3d centre = bounds.center();
-  if (!centre.allFinite() || !bounds.diagonal().allFinite()) file.fail("its coordinates are too large");
+  if (!(bounds.diagonal().norm() <= kMostCoordinate_m))
+    file.fail("its coordinates are too large: it is " + format_double(bounds.diagonal().norm()) +
+              " m across; at most 1e15 m are possible");
   if (centre.cwiseAbs().maxCoeff() <= kFar * bounds.diagonal().norm() / 2) return Vector3d::Zero();
   Vector3d origin = centre.array().round();
   if (bounds.diagonal().norm() < 1) origin = centre;  // a metre is too coarse for it

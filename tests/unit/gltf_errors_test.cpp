@@ -291,6 +291,47 @@ TEST(GltfErrors, CamerasLightsAndExtras) {
   EXPECT_THAT(broken("/extensions/KHR_lights_punctual/lights/0/intensity", -1), HasSubstr("intensity"));
 }
 
+// What lies beyond these would end the program inside Embree, which asserts that coordinates stay below 1.8e18.
+TEST(GltfErrors, PlacesTooFarForAFloat) {
+  const auto broken = [](const char* where, const json& value) {
+    Gltf gltf = triangle();
+    gltf.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    gltf.node({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    gltf.root[json::json_pointer(where)] = value;
+    return error_of(gltf);
+  };
+  EXPECT_THAT(broken("/nodes/1/translation", {1.8e19, 0, 5}), HasSubstr("the camera of node 1 'eye'"));
+  EXPECT_THAT(broken("/nodes/2/translation", {0, -1e16, 0}), HasSubstr("node 2 has a place more than 1e15 m"));
+  EXPECT_THAT(broken("/nodes/0/scale", {1e16, 1, 1}), HasSubstr("1e+16 m across; at most 1e15 m"));
+  EXPECT_THAT(broken("/cameras/0/extras", {{"aperture_radius_m", 1e10}}), HasSubstr("aperture_radius_m"));
+  EXPECT_THAT(broken("/cameras/0/extras", {{"focus_distance_m", 1e16}}), HasSubstr("focus_distance_m"));
+  EXPECT_THAT(broken("/cameras/0/extras", {{"focus_distance_m", 1e-200}}), HasSubstr("focus_distance_m"));
+  const json view = {{"xmag", 1}, {"ymag", 1e10}, {"znear", .1}, {"zfar", 9}};
+  EXPECT_THAT(broken("/cameras/0", {{"type", "orthographic"}, {"orthographic", view}}), HasSubstr("ymag"));
+  EXPECT_EQ(broken("/nodes/0/scale", {1e14, 1, 1}), "");
+}
+
+// Half way between two opposite directions there is none to look along.
+TEST(GltfErrors, CamerasThatTurnHalfRoundBetweenTwoInstants) {
+  const auto turning = [](int half_turns) {
+    Gltf gltf = triangle();
+    std::vector<float> times, turns;
+    for (int i = 0; i <= half_turns; ++i) {
+      times.push_back(static_cast<float>(i) / static_cast<float>(half_turns));
+      const std::vector<float> turn =
+          i % 2 == 0 ? std::vector<float>{0, 0, 0, 1} : std::vector<float>{0, 1, 0, 0};  // about y
+      turns.insert(turns.end(), turn.begin(), turn.end());
+    }
+    const json sampler = {{"input", gltf.accessor(times, 1)}, {"output", gltf.accessor(turns, 4)}};
+    gltf.push("animations", {{"samplers", {sampler}},
+                             {"channels", {{{"sampler", 0}, {"target", {{"node", 1}, {"path", "rotation"}}}}}}});
+    gltf.root["cameras"][0]["extras"]["shutter_s"] = {0, 1};
+    return error_of(gltf);
+  };
+  EXPECT_EQ(turning(4), "");
+  EXPECT_THAT(turning(64), HasSubstr("the camera of node 1 'eye' turns too fast"));
+}
+
 TEST(GltfErrors, MaterialValuesOutOfRangeAreClampedAndSaid) {
   Gltf gltf = triangle();
   gltf.root["materials"][0]["pbrMetallicRoughness"] = {{"metallicFactor", 3}, {"baseColorFactor", {2, 1, 1, 1}}};
