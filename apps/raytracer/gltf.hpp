@@ -57,6 +57,8 @@ std::string describe(const char* what, size_t index, const std::string& name);
 // kind or one that is not finite is an error that names `key` and `user`.
 double number_of(const File& file, const tinygltf::Value& object, const char* key, double fallback,
                  const std::string& user);
+// The same for the number of a thing: whole, of either sign.
+int index_of(const File& file, const tinygltf::Value& object, const char* key, int fallback, const std::string& user);
 std::vector<double> numbers_of(const File& file, const tinygltf::Value& object, const char* key, size_t count,
                                std::vector<double> fallback, const std::string& user);
 bool has(const tinygltf::Value& object, const char* key);

@@ -94,7 +94,7 @@ std::vector<CameraUse> read_cameras(File& file, const Nodes& nodes, Scene& scene
   std::vector<CameraUse> uses;
   for (size_t e = 0; e < nodes.entries().size(); ++e) {
     const auto& node = file.model.nodes[static_cast<size_t>(nodes.entries()[e].node)];
-    if (node.camera < 0) continue;
+    if (node.camera == -1) continue;
     const auto& from = file.at(file.model.cameras, node.camera, "camera", name_of(file, nodes, e));
     const std::string user = describe("camera", static_cast<size_t>(node.camera), from.name);
     Camera camera;
@@ -158,8 +158,7 @@ void read_lights(File& file, const Nodes& nodes, Scene& scene) {
     const auto found = node.extensions.find("KHR_lights_punctual");
     if (found == node.extensions.end()) continue;
     const std::string user = name_of(file, nodes, e);
-    const double number = number_of(file, found->second, "light", -1, user);
-    const int index = number >= 0 && number < 1e9 ? static_cast<int>(number) : -1;
+    const int index = index_of(file, found->second, "light", -1, user);
     const auto& from = file.at(file.model.lights, index, "light", user);
     const std::string whose = describe("light", static_cast<size_t>(index), from.name);
     Light light;

@@ -85,6 +85,15 @@ TEST(GltfErrors, NotASceneAtAll) {
   EXPECT_THAT(error_of_bytes(R"({"asset":{"version":"2.0"}})"), HasSubstr("no triangles"));
 }
 
+TEST(GltfErrors, MessagesStayShort) {
+  Gltf gltf = triangle();  // what the parser quotes in full
+  gltf.root["buffers"] = json::array(
+      {{{"byteLength", 36}, {"uri", "data:application/octet-stream;base64," + std::string(1000000, 'A')}}});
+  const std::string message = error_of(gltf);
+  EXPECT_THAT(message, HasSubstr("data:application"));
+  EXPECT_LT(message.size(), 600u);
+}
+
 TEST(GltfErrors, DeepNestingIsRefused) {
   const std::string deep(100000, '['), close(100000, ']');
   EXPECT_THAT(error_of_bytes(R"({"asset":{"version":"2.0"},"extras":)" + deep + close + "}"), HasSubstr("nested"));
@@ -156,6 +165,11 @@ TEST(GltfErrors, ReferencesToWhatIsNotThere) {
   };
   using Pointer = json::json_pointer;
   EXPECT_THAT(broken(Pointer("/nodes/0/mesh"), 7), HasSubstr("node 0 'leaf' refers to mesh 7"));
+  EXPECT_THAT(broken(Pointer("/nodes/0/mesh"), -2), HasSubstr("mesh -2"));
+  EXPECT_THAT(broken(Pointer("/nodes/1/camera"), -2), HasSubstr("camera -2"));
+  EXPECT_THAT(broken(Pointer("/meshes/0/primitives/0/material"), -2), HasSubstr("material -2"));
+  EXPECT_THAT(broken(Pointer("/meshes/0/primitives/0/indices"), -2), HasSubstr("accessor -2"));
+  EXPECT_THAT(broken(Pointer("/materials/0/emissiveTexture"), {{"index", -2}}), HasSubstr("texture -2"));
   EXPECT_THAT(broken(Pointer("/nodes/1/camera"), 1), HasSubstr("refers to camera 1, but there is only number 0"));
   EXPECT_THAT(broken(Pointer("/nodes/0/children"), {9}), HasSubstr("node 9"));
   EXPECT_THAT(broken(Pointer("/scene"), 3), HasSubstr("scene 3"));
@@ -166,6 +180,10 @@ TEST(GltfErrors, ReferencesToWhatIsNotThere) {
   EXPECT_THAT(broken(Pointer("/bufferViews/0/buffer"), 5), HasSubstr("buffer 5"));
   EXPECT_THAT(broken(Pointer("/materials/0/emissiveTexture"), {{"index", 2}}), HasSubstr("texture 2"));
   EXPECT_THAT(broken(Pointer("/nodes/0/extensions/KHR_lights_punctual/light"), 0), HasSubstr("light 0"));
+  for (const double number : {.5, 1e300, -1e10})
+    EXPECT_THAT(broken(Pointer("/nodes/0/extensions/KHR_lights_punctual/light"), number), HasSubstr("'light'"));
+  EXPECT_THAT(broken(Pointer("/materials/0/extensions/KHR_materials_transmission/transmissionTexture/index"), 1e40),
+              HasSubstr("'index'"));
 }
 
 TEST(GltfErrors, NumbersThatAreNotFinite) {
