@@ -219,7 +219,7 @@ printf '%-31s %6s %6s | %7s %9s | %7s %9s | %8s\n' 'error seen at 40 ppd' render
   unbounded 'pixels'
 for scene in "${scenes[@]}"; do
   printf '%s\n' '---------------------------------------------+-------------------+-------------------+---------'
-  printf '%s: %s\n' "$scene" "$(about)"
+  printf '%s: %s\n' "$scene" "$(about)" | fold -s -w 100
   for method in "${methods[@]}"; do
     printf ' %-30s %6.3f %6.3f | %7.5f %9.5f | %7.5f %9.5f | %8.5f\n' "${title[$method]}" \
       "${render_s[$scene $method]}" "${filter_s[$scene $method]}" \
