@@ -1,11 +1,15 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# demo.sh TRIAD TOP OUT: renders data/scenes/strokes.pov with POV-Ray, makes a picture for a display from it in
-# six ways, and judges each against the wide render that it was made from and against the ground truth.
+# demo.sh TRIAD TOP OUT: renders four bundled scenes with Triad and data/scenes/strokes.pov with POV-Ray, makes
+# pictures for a display from them in six ways, and judges each against the wide render that it was made from and
+# against the ground truth. What an earlier run made is used again where nothing that it comes from has changed.
 set -euo pipefail
 export LC_ALL=C  # numbers with a point
 
 readonly triad=$1 top=$2 out=$3
+readonly own_scenes=(high-contrast-1 high-contrast-2 high-contrast-3 high-contrast-4)
+readonly scenes=("${own_scenes[@]}" strokes)
+readonly renders=(control wide truth)
 readonly methods=(control box subpixel clipped unbounded regularised)
 declare -A title=(
   [control]='control: one sample a pixel'
@@ -24,6 +28,14 @@ declare -A stage=(
   [unbounded]="$optimum,range=unbounded"
   [regularised]=platt
 )
+# The two parts that comparison.png enlarges: left and upper edges in pixels, of 74 x 36 and of 74 x 27.
+declare -A parts=(
+  [high-contrast-1]='22,93,263,150'
+  [high-contrast-2]='12,40,90,136'
+  [high-contrast-3]='30,60,230,60'
+  [high-contrast-4]='160,30,160,100'
+  [strokes]='67,93,12,155'
+)
 
 die() {
   printf 'demo: %s\n' "$1" >&2
@@ -37,125 +49,211 @@ timed() {
   elapsed_s=$(jq -n "$EPOCHREALTIME - $start")
 }
 
-# render NAME WIDTH HEIGHT: linear half EXR, one ray through the middle of each pixel.
-render() {
-  timed povray +Istrokes.pov -D -V -J -A "+WT$(nproc)" "+W$2" "+H$3" +FE \
-    "+O$1.exr" >povray.log 2>&1 || {
-    cat povray.log >&2
-    die "POV-Ray could not render strokes.pov at $2x$3"
+# povray_to LOG ARGUMENT...: POV-Ray, quiet unless it fails.
+povray_to() {
+  local log=$1
+  shift
+  povray -D -V -J "+WT$(nproc)" "$@" >"$log" 2>&1 || {
+    tail -n 20 -- "$log" >&2
+    die "POV-Ray failed over $scene: povray $*"
   }
+  rm -f -- "$log"
 }
 
-# error_of[REFERENCE METHOD LABEL]: all the numbers of the reports; one that is missing ends the script (set -u).
-declare -A error_of
-read_report() {
-  local test label rmse
-  while IFS=$'\t' read -r test label rmse; do
-    error_of["$1 ${test%.exr} $label"]=$rmse
-  done < <(jq -r '.results[] | [.test, .label, .scores.rmse] | @tsv' "$1.json")
+# render NAME: control.exr, wide.exr or truth.exr of $scene.
+render() {
+  if [[ $scene == strokes ]]; then
+    # Linear half EXR, one ray through the middle of each pixel. The ground truth has 12x12 samples a pixel.
+    local -A size=([control]='400 225' [wide]='1200 225' [truth]='4800 2700')
+    povray_to povray.log +Istrokes.pov -A "+W${size[$1]% *}" "+H${size[$1]#* }" +FE "+O$1.exr"
+    return
+  fi
+  # The ground truth is made of cells, with 128 samples in each.
+  local -A how=(
+    [control]='--strategy control'
+    [wide]='--strategy control --cells 3x1'
+    [truth]='--strategy sobol-owen:spp=128 --cells 3x1 --json truth.json'
+  )
+  # shellcheck disable=SC2086  # words without blanks of their own
+  "$triad" render "$scene" -o "$1.exr" --size 400x225 ${how[$1]} >/dev/null
 }
 
-# round NUMBER: for people.
-round() { printf '%.3g' "$1"; }
+readonly program=("$triad" "${triad%/bin/*}"/lib/libtriad.so.*)
 
-# times A B: how the error A compares with the error B, in words.
-times() {
-  local ratio
-  ratio=$(jq -n "[$1 / $2, $2 / $1] | max | if . < 10 then . * 10 | round / 10 else round end")
-  if jq -en "$1 < $2" >/dev/null; then
-    printf '%s times less than' "$ratio"
+# unchanged STAMP: whether every file that it lists is as it was.
+unchanged() { [[ -f $1 ]] && sha256sum --check --status -- "$1" 2>/dev/null; }
+
+# stamp STAMP FILE...: lists the files and what is in them, by which unchanged() knows them.
+stamp() {
+  sha256sum -- "${@:2}" >"$1.new"
+  mv -- "$1.new" "$1"
+}
+
+render_scene() {
+  if unchanged renders.sha256; then
+    printf '%s: the renders of an earlier run are still good\n' "$scene"
+    return
+  fi
+  local files=("$top/apps/demo/demo.sh" "${renders[@]/%/.exr}" render-seconds.json)
+  if [[ $scene == strokes ]]; then
+    printf '%s: rendering with POV-Ray\n' "$scene"
+    cp -- "$top/data/scenes/strokes.pov" .  # POV-Ray reads blanks in a path as the end of it
+    files+=("$(command -v povray)" "$top/data/scenes/strokes.pov")
   else
-    printf '%s times more than' "$ratio"
+    printf '%s: rendering with Triad\n' "$scene"
+    files+=("${program[@]}" "$top/data/scenes/$scene.gltf" truth.json)
+  fi
+  rm -f -- renders.sha256
+  local name seconds='{}'
+  for name in "${renders[@]}"; do
+    timed render "$name"
+    seconds=$(jq -n "$seconds + {$name: $elapsed_s}")
+  done
+  printf '%s\n' "$seconds" >render-seconds.json
+  stamp renders.sha256 "${files[@]}"
+}
+
+make_pictures() {
+  local method seconds='{"control":0}'
+  "$triad" run control.exr -o control.png
+  for method in "${methods[@]:1}"; do
+    "$triad" run wide.exr --cells 3x1 "${stage[$method]}" -o "$method.exr" --depth float --json run.json
+    # From the first read to the last rename.
+    seconds=$(jq "$seconds + {$method: .runs[0].seconds}" run.json)
+    # What the unbounded filter asks for has no picture of its own: clipped, it is the one above it.
+    [[ $method == unbounded ]] || "$triad" run "$method.exr" -o "$method.png"
+  done
+  printf '%s\n' "$seconds" >filter-seconds.json
+  # The ground truth, averaged to the cells of a wide render, and to pixels.
+  if [[ $scene == strokes ]]; then
+    "$triad" run truth.exr --cells 12x12 box:x=4,y=12 -o truth-wide.exr --depth float
+  else
+    cp -- truth.exr truth-wide.exr
+  fi
+  "$triad" run truth-wide.exr --cells 3x1 box:x=3 -o truth-pixels.exr --depth float
+  "$triad" run truth-pixels.exr -o truth-pixels.png
+  rm -f -- run.json
+}
+
+judge() {
+  # As the filter sees a row: its ends meet, and no pixel is left out.
+  local view=edge=wrap,border=0 reference pictures=("${methods[@]/%/.exr}")
+  for reference in wide truth-wide; do
+    "$triad" compare "${pictures[@]}" --ref "$reference.exr" --ref-cells 3x1 \
+      -m "display:$view,range=clip@shown" -m "display:$view,range=unbounded@asked" --json "$reference.json" >/dev/null
+  done
+  "$triad" compare "${pictures[@]}" --ref truth-pixels.exr -m error@plain --json truth-pixels.json >/dev/null
+}
+
+enlarge() {
+  local at
+  IFS=, read -ra at <<<"${parts[$scene]}"
+  cp -- "$top/data/scenes/comparison.pov" .
+  povray_to povray.log +Icomparison.pov -A +W1824 +H1096 +FN8 +Ocomparison.png "Declare=Left_1=${at[0]}" \
+    "Declare=Upper_1=${at[1]}" "Declare=Left_2=${at[2]}" "Declare=Upper_2=${at[3]}"
+  rm -f -- comparison.pov
+}
+
+judge_scene() {
+  if unchanged results.sha256; then
+    printf '%s: so are its pictures and their errors\n' "$scene"
+    return
+  fi
+  printf '%s: filtering and judging\n' "$scene"
+  rm -f -- results.sha256
+  make_pictures
+  judge
+  enlarge
+  stamp results.sha256 "$top/apps/demo/demo.sh" "$top/data/scenes/comparison.pov" "${program[@]}" \
+    "${triad%/bin/*}"/plugins/*.triad.so "${renders[@]/%/.exr}" "${methods[@]/%/.exr}" ./*.png \
+    {wide,truth-wide,truth-pixels,filter-seconds}.json
+}
+
+# Numbers of the scenes, by 'SCENE METHOD' or 'SCENE REFERENCE METHOD LABEL'; one that is missing ends the script
+# (set -u).
+declare -A render_s filter_s error_of
+read_results() {
+  local method reference test label value
+  while IFS=$'\t' read -r method value; do
+    filter_s["$scene $method"]=$value
+    render_s["$scene $method"]=$(jq .wide render-seconds.json)
+  done < <(jq -r 'to_entries[] | [.key, .value] | @tsv' filter-seconds.json)
+  render_s["$scene control"]=$(jq .control render-seconds.json)
+  for reference in wide truth-wide truth-pixels; do
+    while IFS=$'\t' read -r test label value; do
+      error_of["$scene $reference ${test%.exr} $label"]=$value
+    done < <(jq -r '.results[] | [.test, .label, .scores.rmse] | @tsv' "$reference.json")
+  done
+  local best
+  best=$(least wide asked)
+  [[ $best == unbounded ]] || die "$scene: '${title[$best]}' has a lower error than the unbounded optimum, which \
+cannot be: something is broken"
+}
+
+# least REFERENCE LABEL: the method with the least error in $scene.
+least() {
+  local method
+  for method in "${methods[@]}"; do
+    printf '%s %s\n' "${error_of[$scene $1 $method $2]}" "$method"
+  done | sort -g | sed -n '1s/.* //p'
+}
+
+for scene in "${scenes[@]}"; do
+  mkdir -p -- "$out/$scene"
+  cd -- "$out/$scene"
+  render_scene
+  judge_scene
+  read_results
+done
+
+about() {
+  if [[ $scene == strokes ]]; then
+    printf 'bright strokes, thin lines, shapes and letters; rendered by POV-Ray'
+  else
+    "$triad" list scenes --json | jq -j --arg name "$scene" '.scenes[] | select(.id == $name) | .summary'
   fi
 }
 
-mkdir -p -- "$out"
-cd -- "$out"
-# POV-Ray reads blanks in a path as the end of it.
-cp -- "$top"/data/scenes/{strokes,comparison}.pov .
-
-printf 'Rendering strokes.pov with POV-Ray: 400x225, 1200x225, 4800x2700\n'
-render control 400 225
-declare -A render_s=([control]=$elapsed_s) filter_s=([control]=0)
-render wide 1200 225
-wide_s=$elapsed_s
-render truth 4800 2700
-# The ground truth has 12x12 samples a pixel; here averaged to the cells of a wide render, and to pixels.
-"$triad" run truth.exr --cells 12x12 box:x=4,y=12 -o truth-wide.exr --depth float
-"$triad" run truth.exr --cells 12x12 box:x=12,y=12 -o truth-pixels.exr --depth float
-"$triad" run truth-pixels.exr -o truth-pixels.png
-
-printf 'Making the pictures\n'
-"$triad" run control.exr -o control.png
-for method in "${methods[@]:1}"; do
-  "$triad" run wide.exr --cells 3x1 "${stage[$method]}" -o "$method.exr" --depth float --json run.json
-  render_s[$method]=$wide_s
-  filter_s[$method]=$(jq '.runs[0].seconds' run.json)  # from the first read to the last rename
-  # What the unbounded filter asks for has no picture of its own: clipped, it is the one above it.
-  [[ $method == unbounded ]] || "$triad" run "$method.exr" -o "$method.png"
-done
-
-printf 'Judging them\n'
-# As the filter sees a row: its ends meet, and no pixel is left out.
-readonly judge=edge=wrap,border=0
-pictures=("${methods[@]/%/.exr}")
-for reference in wide truth-wide; do
-  "$triad" compare "${pictures[@]}" --ref "$reference.exr" --ref-cells 3x1 \
-    -m "display:$judge,range=clip@shown" -m "display:$judge,range=unbounded@asked" --json "$reference.json" >/dev/null
-  read_report "$reference"
-done
-"$triad" compare "${pictures[@]}" --ref truth-pixels.exr -m error@plain --json truth-pixels.json >/dev/null
-read_report truth-pixels
-
-povray +Icomparison.pov -D -V -A -J +W1824 +H1096 +FN8 +Ocomparison.png >povray.log 2>&1 || {
-  cat povray.log >&2
-  die 'POV-Ray could not lay out comparison.png'
-}
-rm -f povray.log run.json strokes.pov comparison.pov
-
-printf '\n%-31s %13s | %19s | %19s | %9s\n' '' 'seconds' 'against the wide' 'against the truth' 'RMSE, to'
-printf '%-31s %6s %6s | %9s %9s | %9s %9s | %9s\n' 'error seen at 40 ppd' render filter shown unbounded shown \
-  unbounded 'its pixels'
-printf '%s\n' '---------------------------------------------+---------------------+---------------------+-----------'
-for method in "${methods[@]}"; do
-  printf '%-31s %6.3f %6.3f | %9.5f %9.5f | %9.5f %9.5f | %9.5f\n' "${title[$method]}" \
-    "${render_s[$method]}" "${filter_s[$method]}" \
-    "${error_of[wide $method shown]}" "${error_of[wide $method asked]}" \
-    "${error_of[truth-wide $method shown]}" "${error_of[truth-wide $method asked]}" \
-    "${error_of[truth-pixels $method plain]}"
-done
-
-# least REFERENCE LABEL: the method with the least error.
-least() {
-  local method best=control
+printf '\n%-31s %13s | %17s | %17s | %8s\n' '' 'seconds' 'against the wide' 'against the truth' 'RMSE, to'
+printf '%-31s %6s %6s | %7s %9s | %7s %9s | %8s\n' 'error seen at 40 ppd' render filter shown unbounded shown \
+  unbounded 'pixels'
+for scene in "${scenes[@]}"; do
+  printf '%s\n' '---------------------------------------------+-------------------+-------------------+---------'
+  printf '%s: %s\n' "$scene" "$(about)" | fold -s -w 100
   for method in "${methods[@]}"; do
-    if jq -en "${error_of[$1 $method $2]} < ${error_of[$1 $best $2]}" >/dev/null; then
-      best=$method
-    fi
+    printf ' %-30s %6.3f %6.3f | %7.5f %9.5f | %7.5f %9.5f | %8.5f\n' "${title[$method]}" \
+      "${render_s[$scene $method]}" "${filter_s[$scene $method]}" \
+      "${error_of[$scene wide $method shown]}" "${error_of[$scene wide $method asked]}" \
+      "${error_of[$scene truth-wide $method shown]}" "${error_of[$scene truth-wide $method asked]}" \
+      "${error_of[$scene truth-pixels $method plain]}"
   done
-  printf '%s' "$best"
-}
-best=$(least wide asked)
-[[ $best == unbounded ]] ||
-  die "'${title[$best]}' has a lower error than the unbounded optimum, which cannot be: something is broken"
-best_shown=$(least truth-wide shown)
-box_shown=${error_of[wide box shown]}
-truth_box=${error_of[truth-wide box shown]}
-fold -s -w 110 <<END
+done
 
-Judged by the picture it was made from, and allowed any light it asks for, the optimal filter errs least of \
-all, as theory says it must: $(round "${error_of[wide unbounded asked]}"), \
-$(times "${error_of[wide unbounded asked]}" "${error_of[wide box asked]}") the plain average of three samples \
-($(round "${error_of[wide box asked]}")). A display has no light below 0 or above 1. Clipped to what it can show, the \
-same filter errs $(round "${error_of[wide clipped shown]}"), \
-$(times "${error_of[wide clipped shown]}" "$box_shown") the average; one sample for each subpixel errs \
-$(times "${error_of[wide subpixel shown]}" "$box_shown") it, one sample for each pixel \
-$(times "${error_of[wide control shown]}" "$box_shown") it, and the regularised filter, clipped too, \
-$(times "${error_of[wide regularised shown]}" "$box_shown") it. Against the ground truth of 144 samples a pixel, \
-where the three samples a pixel that all filters were given count as errors themselves, the average errs \
-$(round "$truth_box") and the unbounded optimum $(round "${error_of[truth-wide unbounded asked]}"); of what a display \
-can show, the least is $(round "${error_of[truth-wide $best_shown shown]}") ("${title[$best_shown]}").
+# times REFERENCE METHOD LABEL: the least and the greatest ratio, over the scenes, of a method's error to that of
+# the plain average as it is shown.
+times() {
+  for scene in "${scenes[@]}"; do
+    printf '%s %s\n' "${error_of[$scene $1 $2 $3]}" "${error_of[$scene $1 box shown]}"
+  done | awk '{ print $1 / $2 }' | sort -g | sed -n '1p;$p' | xargs printf '%.2g to %.2g'
+}
+truths=()
+for scene in "${own_scenes[@]}"; do
+  truths+=("$out/$scene/truth.json")
+done
+fold -s -w 100 <<END
+
+All errors below are multiples of that of the plain average of three samples, from the scene where they are least \
+to the one where they are greatest. Judged by the picture it was made from, and allowed any light it asks for, the \
+optimal filter errs least of all, as theory says it must: $(times wide unbounded asked). A display has no light \
+below 0 or above 1. Clipped to what it can show, the same filter errs $(times wide clipped shown); one sample for \
+each subpixel errs $(times wide subpixel shown), one sample for each pixel $(times wide control shown), and the \
+regularised filter, clipped too, $(times wide regularised shown). Against the ground truth, where the three samples \
+a pixel that all filters were given count as errors themselves, the clipped optimum errs \
+$(times truth-wide clipped shown), one sample for each subpixel $(times truth-wide subpixel shown), one for each \
+pixel $(times truth-wide control shown) and the regularised filter $(times truth-wide regularised shown). Triad's \
+ground truths have estimated errors of their own of at most \
+$(jq -s 'map(.rmse) | max' "${truths[@]}" | xargs printf '%.2g') (RMSE of a cell).
 
 The pictures are in $out;
-comparison.png shows a part of each, enlarged.
+each scene's comparison.png shows two parts of them, enlarged.
 END

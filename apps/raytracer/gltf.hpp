@@ -49,6 +49,12 @@ struct File {
   [[noreturn]] void fail_index(int index, size_t size, const char* what, const std::string& user) const;
 };
 
+// Largest coordinate, relative to the scene's origin, of what rays begin at or meet: its square fits a float and it
+// is below the 1.8e18 that Embree allows, whose assertions end the program.
+inline constexpr double kMostCoordinate_m = 1e15;
+// Largest half-height and lens of a camera: a picture a million times as wide as high still stays within the above.
+inline constexpr double kMostView_m = 1e9;
+
 // Reads and parses; checks versions, nesting, required extensions. No accessor is looked at yet.
 File parse_file(const std::string& path);
 
@@ -59,6 +65,8 @@ std::string describe(const char* what, size_t index, const std::string& name);
 // kind or one that is not finite is an error that names `key` and `user`.
 double number_of(const File& file, const tinygltf::Value& object, const char* key, double fallback,
                  const std::string& user);
+// The same for the number of a thing: whole, of either sign.
+int index_of(const File& file, const tinygltf::Value& object, const char* key, int fallback, const std::string& user);
 std::vector<double> numbers_of(const File& file, const tinygltf::Value& object, const char* key, size_t count,
                                std::vector<double> fallback, const std::string& user);
 bool has(const tinygltf::Value& object, const char* key);

@@ -24,8 +24,10 @@ bool known(const std::string& extension) {
   return std::find(list.begin(), list.end(), extension) != list.end();
 }
 
-// A library's complaint as one line without a full stop.
+// A library's complaint as one line without a full stop, and without the megabytes of a data URI that it may quote.
 std::string one_line(std::string text) {
+  constexpr size_t kMostBytes = 300;
+  if (text.size() > kMostBytes) text = text.substr(0, kMostBytes) + " ...";
   while (!text.empty() && (text.back() == '\n' || text.back() == '.' || text.back() == ' ')) text.pop_back();
   for (size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at)) text.replace(at, 1, "; ");
   return text;
@@ -119,6 +121,14 @@ double number_of(const File& file, const tinygltf::Value& object, const char* ke
   const double number = value.IsNumber() ? value.GetNumberAsDouble() : std::numeric_limits<double>::quiet_NaN();
   if (!std::isfinite(number)) file.fail("'" + std::string(key) + "' of " + user + " is not a finite number");
   return number;
+}
+
+int index_of(const File& file, const tinygltf::Value& object, const char* key, int fallback,
+             const std::string& user) {
+  const double number = number_of(file, object, key, fallback, user);
+  const int index = number > -1e9 && number < 1e9 ? static_cast<int>(number) : 0;
+  if (index != number) file.fail("'" + std::string(key) + "' of " + user + " is not a number of a thing in the file");
+  return index;
 }
 
 std::vector<double> numbers_of(const File& file, const tinygltf::Value& object, const char* key, size_t count,

@@ -95,8 +95,7 @@ class MaterialReader {
       const tinygltf::Value& info = transmission.Get("transmissionTexture");
       const tinygltf::Value& own = info.Get("extensions");
       material.transmission_texture =
-          use(static_cast<int>(number_of(file_, info, "index", -1, user_)),
-              static_cast<int>(number_of(file_, info, "texCoord", 0, user_)),
+          use(index_of(file_, info, "index", -1, user_), index_of(file_, info, "texCoord", 0, user_),
               has(own, "KHR_texture_transform") ? own.Get("KHR_texture_transform") : tinygltf::Value(), false,
               "transmissionTexture");
     }
@@ -111,7 +110,7 @@ class MaterialReader {
 
   TextureUse use(int index, int texcoord, const tinygltf::Value& transform, bool is_colour, const std::string& key) {
     TextureUse result;
-    if (index < 0) return result;
+    if (index == -1) return result;
     const std::string whose = key + " of " + user_;
     const auto& texture = file_.at(file_.model.textures, index, "texture", whose);
     if (texture.source < 0) {
@@ -119,7 +118,7 @@ class MaterialReader {
       return result;
     }
     file_.at(file_.model.images, texture.source, "image", whose);
-    result.texcoord = static_cast<int>(number_of(file_, transform, "texCoord", texcoord, whose));
+    result.texcoord = index_of(file_, transform, "texCoord", texcoord, whose);
     if (result.texcoord < 0 || result.texcoord > 1) {
       file_.warn(whose + " uses texture coordinates " + std::to_string(result.texcoord) +
                  "; Triad reads sets 0 and 1, so it is ignored");

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <triad/base/file.hpp>
 #include <triad/base/parallel.hpp>
+#include <triad/base/text.hpp>
 
 #include "gltf.hpp"
 
@@ -112,8 +113,8 @@ Primitive read_primitive(File& file, const tinygltf::Primitive& from, const std:
   if (!from.targets.empty()) file.warn(user + " has other shapes (morph targets), which are not drawn");
 
   std::vector<uint32_t> list;
-  if (from.indices >= 0) {
-    list = read_indices(file, from.indices, primitive.vertex_count(), "the indices of " + user);
+  if (from.indices != -1) {
+    list = read_indices(file, from.indices, primitive.vertex_count(), "the list of indices of " + user);
   } else {
     list.resize(primitive.vertex_count());
     std::iota(list.begin(), list.end(), 0u);
@@ -135,7 +136,7 @@ std::vector<Primitive> read_mesh(File& file, int index) {
     }
     if (from.mode < TINYGLTF_MODE_TRIANGLES || from.mode > TINYGLTF_MODE_TRIANGLE_FAN)
       file.fail(user + " has the mode " + std::to_string(from.mode) + "; there are 0 to 6");
-    if (from.material >= 0) file.at(file.model.materials, from.material, "material", user);
+    if (from.material != -1) file.at(file.model.materials, from.material, "material", user);
     primitives.push_back(read_primitive(file, from, user));
   }
   return primitives;
@@ -150,7 +151,9 @@ std::string instance_name(const std::string& node, const std::string& mesh, cons
 // that distances between vertices survive exactly.
 Vector3d choose_origin(File& file, const Bounds& bounds) {
   const Vector3d centre = bounds.center();
-  if (!centre.allFinite() || !bounds.diagonal().allFinite()) file.fail("its coordinates are too large");
+  if (!(bounds.diagonal().norm() <= kMostCoordinate_m))
+    file.fail("its coordinates are too large: it is " + format_double(bounds.diagonal().norm()) +
+              " m across; at most 1e15 m are possible");
   if (centre.cwiseAbs().maxCoeff() <= kFar * bounds.diagonal().norm() / 2) return Vector3d::Zero();
   Vector3d origin = centre.array().round();
   if (bounds.diagonal().norm() < 1) origin = centre;  // a metre is too coarse for it
@@ -240,7 +243,7 @@ void read_meshes(File& file, const Nodes& nodes, Scene& scene) {
   for (size_t e = 0; e < nodes.entries().size(); ++e) {
     const auto index = static_cast<size_t>(nodes.entries()[e].node);
     const auto& node = file.model.nodes[index];
-    if (node.mesh < 0) continue;
+    if (node.mesh == -1) continue;
     const std::string user = describe("node", index, node.name);
     const auto& mesh = file.at(file.model.meshes, node.mesh, "mesh", user);
     if (node.skin >= 0) file.warn(user + " has a skin, which is not applied: its mesh is drawn as it was modelled");

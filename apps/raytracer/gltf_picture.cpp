@@ -72,7 +72,7 @@ Texture decode(const std::string& path, bool colour) {
   texture.height = spec.height;
   texture.channels = alpha ? 4 : 3;
   const auto to_channels = static_cast<size_t>(texture.channels);
-  const int strip = std::max(64, reader->block_rows());
+  const int strip = std::min(std::max(64, reader->block_rows()), spec.height);
   std::vector<float> rows(static_cast<size_t>(strip) * width * from_channels);
   for (int y = 0; y < spec.height; y += strip) {
     const int end = std::min(spec.height, y + strip);

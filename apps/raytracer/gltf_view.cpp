@@ -30,9 +30,12 @@ void require(const File& file, bool ok, const std::string& user, const std::stri
 void read_lens(const File& file, const tinygltf::Value& extras, const std::string& user, Camera& camera,
                CameraUse& use) {
   camera.aperture_radius_m = number_of(file, extras, "aperture_radius_m", camera.aperture_radius_m, user);
-  require(file, camera.aperture_radius_m >= 0, user, "an aperture_radius_m below 0");
+  require(file, camera.aperture_radius_m >= 0 && camera.aperture_radius_m <= kMostView_m, user,
+          "an aperture_radius_m below 0 or above 1e9");
   camera.focus_distance_m = number_of(file, extras, "focus_distance_m", camera.focus_distance_m, user);
-  require(file, camera.focus_distance_m > 0, user, "a focus_distance_m that is not above 0");
+  constexpr double kLeastFocus_m = 1e-9;  // its square does not vanish beside that of a lens
+  require(file, camera.focus_distance_m >= kLeastFocus_m && camera.focus_distance_m <= kMostCoordinate_m, user,
+          "a focus_distance_m that is not from 1e-9 to 1e15");
   if (!has(extras, "shutter_s")) return;
   Shutter shutter;
   if (extras.Get("shutter_s").IsArray()) {
@@ -54,11 +57,17 @@ void read_projection(const File& file, const tinygltf::Camera& from, const std::
   } else if (from.type == "orthographic") {
     camera.orthographic = true;
     camera.half_height_m = std::abs(from.orthographic.ymag);
-    require(file, camera.half_height_m > 0, user, "a ymag of 0");
+    require(file, camera.half_height_m > 0 && camera.half_height_m <= kMostView_m, user, "a ymag of 0 or above 1e9");
     camera.aspect_ratio = std::abs(from.orthographic.xmag) / camera.half_height_m;
   } else {
     file.fail(user + " is of type '" + from.type + "'; there are perspective and orthographic");
   }
+}
+
+Vector3d placed(const File& file, const Transform& world, const Vector3d& origin, const std::string& user) {
+  const Vector3d position = world.translation() - origin;
+  require(file, position.norm() <= kMostCoordinate_m, user, "a place more than 1e15 m from the scene");
+  return position;
 }
 
 CameraPose pose_of(const File& file, const Transform& world, const Vector3d& origin, const std::string& user) {
@@ -68,7 +77,15 @@ CameraPose pose_of(const File& file, const Transform& world, const Vector3d& ori
   Vector3d right = up.cross(back);
   if (world.linear().determinant() < 0) right = -right;  // a mirrored node shows a mirrored picture
   if (std::abs(right.norm() - 1) > 1e-6) file.fail("the camera of " + user + " has a singular matrix");
-  return {to_double3(world.translation() - origin), to_double3(right), to_double3(up), to_double3(-back)};
+  return {to_double3(placed(file, world, origin, "the camera of " + user)), to_double3(right), to_double3(up),
+          to_double3(-back)};
+}
+
+// Whether axes half way between the two have lengths to divide by: the turn is well below half a circle.
+bool near(const CameraPose& a, const CameraPose& b) {
+  const auto dot = [](const Double3& u, const Double3& v) { return u.x * v.x + u.y * v.y + u.z * v.z; };
+  const double trace = dot(a.right, b.right) + dot(a.up, b.up) + dot(a.forward, b.forward);  // 1 + 2 cos(turn)
+  return trace > -.9;
 }
 
 }  // namespace
@@ -77,7 +94,7 @@ std::vector<CameraUse> read_cameras(File& file, const Nodes& nodes, Scene& scene
   std::vector<CameraUse> uses;
   for (size_t e = 0; e < nodes.entries().size(); ++e) {
     const auto& node = file.model.nodes[static_cast<size_t>(nodes.entries()[e].node)];
-    if (node.camera < 0) continue;
+    if (node.camera == -1) continue;
     const auto& from = file.at(file.model.cameras, node.camera, "camera", name_of(file, nodes, e));
     const std::string user = describe("camera", static_cast<size_t>(node.camera), from.name);
     Camera camera;
@@ -105,10 +122,15 @@ void place_cameras(const File& file, const Nodes& nodes, const std::vector<Camer
     const auto& worlds = nodes.worlds(uses[i].entry);
     const std::string user = name_of(file, nodes, uses[i].entry);
     const int steps = steps_needed(worlds, frame, kTolerance * size_m);
-    scene.cameras[i].poses.clear();
-    for (int step = 0; step <= steps; ++step)
-      scene.cameras[i].poses.push_back(
+    auto& poses = scene.cameras[i].poses;
+    poses.clear();
+    for (int step = 0; step <= steps; ++step) {
+      poses.push_back(
           pose_of(file, worlds[static_cast<size_t>(steps == 0 ? 0 : step * Nodes::kSteps / steps)], origin, user));
+      if (step > 0 && !near(poses[poses.size() - 2], poses.back()))
+        file.fail("the camera of " + user + " turns too fast: about half round between two of " +
+                  std::to_string(steps + 1) + " instants");
+    }
   }
 }
 
@@ -136,8 +158,7 @@ void read_lights(File& file, const Nodes& nodes, Scene& scene) {
     const auto found = node.extensions.find("KHR_lights_punctual");
     if (found == node.extensions.end()) continue;
     const std::string user = name_of(file, nodes, e);
-    const double number = number_of(file, found->second, "light", -1, user);
-    const int index = number >= 0 && number < 1e9 ? static_cast<int>(number) : -1;
+    const int index = index_of(file, found->second, "light", -1, user);
     const auto& from = file.at(file.model.lights, index, "light", user);
     const std::string whose = describe("light", static_cast<size_t>(index), from.name);
     Light light;
@@ -161,7 +182,7 @@ void read_lights(File& file, const Nodes& nodes, Scene& scene) {
     }
     if (light.kind != LightKind::kPoint && !(std::abs(direction.norm() - 1) < 1e-6))
       file.fail(whose + " hangs on " + user + ", which has a singular matrix");
-    light.position_m = to_float3(world.translation() - origin);
+    if (light.kind != LightKind::kDirectional) light.position_m = to_float3(placed(file, world, origin, user));
     light.direction = to_float3(direction);
     if (!from.color.empty() && from.color.size() != 3) file.fail(whose + " has a colour that is not three numbers");
     Vector3d intensity = Vector3d::Constant(from.intensity);

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// triad list [filters|metrics|colours|layouts|strategies], triad help NAME
+// triad list [filters|metrics|colours|layouts|strategies|scenes], triad help NAME
 #include <fmt/format.h>
 
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <triad/base/error.hpp>
+#include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/display/layout.hpp>
 #include <triad/sampling/strategy.hpp>
 
+#include "bundled_scenes.hpp"
 #include "options.hpp"
 #include "verbs.hpp"
 
@@ -33,7 +35,7 @@ nlohmann::ordered_json stage_json(const StageInfo& info) {
 }
 
 void list(const ListOptions& options) {
-  static const std::vector<std::string> kWhat{"filters", "metrics", "colours", "layouts", "strategies"};
+  static const std::vector<std::string> kWhat{"filters", "metrics", "colours", "layouts", "strategies", "scenes"};
   if (!options.what.empty() && std::find(kWhat.begin(), kWhat.end(), options.what) == kWhat.end())
     throw_usage("cannot list '" + options.what + "'" + did_you_mean(options.what, kWhat) + "; there are '" +
                 join(kWhat, "', '") + "'");
@@ -78,6 +80,15 @@ void list(const ListOptions& options) {
     for (const StrategyInfo* info : strategy_list()) {
       root["strategies"].push_back({{"id", info->name}, {"summary", info->summary}});
       text += fmt::format("  {:<16} {}\n", info->name, info->summary);
+    }
+  }
+  if (wanted("scenes")) {
+    root["scenes"] = nlohmann::ordered_json::array();
+    text += "scenes\n";
+    for (const BundledScene& scene : bundled_scenes()) {
+      const std::string about = about_scene(scene.file);
+      root["scenes"].push_back({{"id", scene.name}, {"summary", about}, {"file", scene.file}});
+      text += fmt::format("  {:<16} {}\n", scene.name, printable(about));
     }
   }
   std::cout << (options.json ? root.dump(2) + "\n" : text);
@@ -146,8 +157,8 @@ void help(const ListOptions& options) {
 
 void setup_list(CLI::App& app) {
   auto options = std::make_shared<ListOptions>();
-  CLI::App* verb = app.add_subcommand("list", "List filters, metrics, colour spaces, layouts and strategies");
-  verb->add_option("what", options->what, "filters, metrics, colours, layouts or strategies (default: all)")
+  CLI::App* verb = app.add_subcommand("list", "List filters, metrics, colour spaces, layouts, strategies and scenes");
+  verb->add_option("what", options->what, "filters, metrics, colours, layouts, strategies or scenes (default: all)")
       ->type_name("WHAT");
   verb->add_flag("--json", options->json, "As JSON");
   options->host.add_plugin_path(*verb);

@@ -18,6 +18,7 @@
 #include <triad/image/writer.hpp>
 #include <triad/sampling/render.hpp>
 
+#include "bundled_scenes.hpp"
 #include "options.hpp"
 #include "verbs.hpp"
 
@@ -132,7 +133,7 @@ class SharedProgress {
 std::shared_ptr<const raytracer::Scene> load(const Options& options) {
   Progress progress("loading " + options.scene);
   const auto update = [&progress](double done) { progress.update(done); };
-  return std::make_shared<const raytracer::Scene>(raytracer::load_gltf(options.scene, {options.camera, update}));
+  return std::make_shared<const raytracer::Scene>(raytracer::load_gltf(scene_file(options.scene), {options.camera, update}));
 }
 
 std::unique_ptr<raytracer::SceneSource> build(std::shared_ptr<const raytracer::Scene> scene, Job& job) {
@@ -252,7 +253,9 @@ void render(const Options& options) {
 void setup_render(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = app.add_subcommand("render", "Draw a glTF scene: standard, wide, or as ground truth");
-  verb->add_option("scene", options->scene, "A glTF 2.0 file, .gltf or .glb")->required()->type_name("SCENE");
+  verb->add_option("scene", options->scene, "A glTF 2.0 file, .gltf or .glb, or a bundled scene's name")
+      ->required()
+      ->type_name("SCENE");
   verb->add_option("-o,--output", options->output, "The picture to write; EXR keeps linear light and its facts")
       ->required()
       ->type_name("OUT");
@@ -290,12 +293,12 @@ void setup_render(CLI::App& app) {
       ->type_name("FILE");
   verb->footer(
       "Examples:\n"
-      "  triad render room.glb -o room.exr --size 1200x675 --spp 64\n"
-      "  triad render room.glb -o wide.exr --size 1200x675 --spp 64 --cells 3x1\n"
-      "  triad render room.glb -o truth.exr --size 1200x675 --until rmse=1e-3 --json truth.json\n"
-      "  triad render room.glb -o edges.exr --size 1200x675 --strategy grid:n=4 --aov depth,normal\n"
+      "  triad render cornell -o cornell.exr --size 400x225 --spp 64\n"
+      "  triad render house.glb -o wide.exr --size 1200x675 --spp 64 --cells 3x1\n"
+      "  triad render house.glb -o truth.exr --size 1200x675 --until rmse=1e-3 --json truth.json\n"
+      "  triad render house.glb -o edges.exr --size 1200x675 --strategy grid:n=4 --aov depth,normal\n"
       "Ctrl-C writes what is done so far, marks it triad:partial, and exits with 130.\n"
-      "See also: triad list strategies, triad help sobol-owen");
+      "See also: triad list scenes, triad list strategies, triad help sobol-owen");
   verb->callback([options] { render(*options); });
 }
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <iostream>
 #include <map>
 #include <raytracer/gltf_loader.hpp>
@@ -17,10 +16,9 @@
 #include <triad/evaluation/study.hpp>
 #include <triad/sampling/strategy.hpp>
 
+#include "bundled_scenes.hpp"
 #include "options.hpp"
 #include "verbs.hpp"
-
-namespace fs = std::filesystem;
 
 namespace triad::app {
 namespace {
@@ -31,23 +29,6 @@ struct StudyOptions {
   std::string plan, json;
   int repeats = 0, threads = 0;
 };
-
-// "cornell" is a bundled scene; anything with a dot or a slash is a file.
-std::string scene_file(const std::string& name) {
-  if (name.find('/') != std::string::npos || name.find('.') != std::string::npos) return name;
-  const fs::path folder = fs::path(data_folder()) / "scenes";
-  std::vector<std::string> names;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string extension = entry.path().extension();
-    if (extension != ".gltf" && extension != ".glb") continue;
-    if (entry.path().stem() == name) return entry.path();
-    names.push_back(entry.path().stem());
-  }
-  std::sort(names.begin(), names.end());
-  throw_usage("no bundled scene is called '" + name + "'" + did_you_mean(name, names) + "; there are '" +
-              join(names, "', '") + "'");
-}
 
 // What a render takes from a plan. Scenes and their acceleration structures are made once and not timed.
 class RenderWork {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lays out two parts of each of the demo's pictures side by side, every pixel eight screen pixels wide. Rendered
 // in the folder that holds the pictures, at 1824x1096: one unit is a pixel of the result, origin at the top left.
+// Declare=Left_1=, Upper_1=, Left_2= and Upper_2= say which pixels the two parts begin with.
 #version 3.7;
 global_settings { assumed_gamma 1.0 }
 background { rgb .04 }
@@ -28,12 +29,12 @@ camera {
   }
 #end
 
-// Strokes of the fan and letters of one picture, with its title, at a place in the grid of three by two.
+// Two parts of one picture, with its title, at a place in the grid of three by two.
 #macro View(File, Title, Column, Row)
   #local X = 8 + Column * 608;
   #local Y = -34 - Row * 548;
-  Part(File, 67, 93, 36, X, Y)
-  Part(File, 12, 155, 27, X, Y - 36 * kZoom)
+  Part(File, Left_1, Upper_1, 36, X, Y)
+  Part(File, Left_2, Upper_2, 27, X, Y - 36 * kZoom)
   text {
     internal 2 Title 1, 0
     scale <21, 21, 1>

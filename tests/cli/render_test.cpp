@@ -212,6 +212,23 @@ TEST_F(Render, InterruptedKeepsWhatIsDone) {
   EXPECT_EQ(files(), (std::set<std::string>{"a.exr", "a.json", "half.gltf", "lit.glb"}));
 }
 
+TEST_F(Render, FindsBundledScenesByName) {
+  const auto pixels_of = [&](const std::string& scene) {
+    expect_success({"render", scene, "-o", "a.exr", "--size", "32x18", "--spp", "2"});
+    return load(path("a.exr"));
+  };
+  const Picture named = pixels_of("text"), read = pixels_of(TRIAD_SOURCE_DIR "/data/scenes/text.gltf");
+  EXPECT_EQ(named.values, read.values);
+  EXPECT_EQ(named.text.at("triad:scene"), "text");
+  expect_refusal({"render", "cornel", "-o", "b.exr", "--size", "9x9"}, {"'cornel'", "'cornell'", "'texture'"});
+  // A name without a dot may be a file's as well; a bundled scene's name means that.
+  std::filesystem::copy(path("half.gltf"), path("half"));
+  std::filesystem::copy(path("half.gltf"), path("text"));
+  EXPECT_EQ(pixels_of("half").values, pixels_of("half.gltf").values);
+  EXPECT_EQ(pixels_of("text").values, named.values);
+  EXPECT_EQ(pixels_of("./text").values, pixels_of("half.gltf").values);
+}
+
 TEST_F(Render, RefusesInOneLine) {
   const auto refuse = [&](std::vector<std::string> rest, const std::vector<std::string>& words) {
     std::vector<std::string> arguments{"render", "half.gltf"};

@@ -19,6 +19,16 @@ TEST_F(Words, TellsItsVersion) { expect_words({"--version"}, {"triad", TRIAD_VER
 
 TEST_F(Words, ListsItsStages) { expect_words({"list"}, {"platt", "subpixel", "box", "crop", "error", "display"}); }
 
+TEST_F(Words, ListsScenesWithWhatTheyShow) {
+  expect_words({"list", "scenes"}, {"cornell", "The classic box", "room", "thin-lines", "high-contrast-4"});
+  const nlohmann::json scenes = expect_success({"list", "scenes", "--json"}).json()["scenes"];
+  EXPECT_GE(scenes.size(), 14u);
+  for (const auto& scene : scenes) {
+    EXPECT_TRUE(std::filesystem::exists(scene["file"].get<std::string>())) << scene;
+    EXPECT_NE(scene["summary"], "") << scene;
+  }
+}
+
 TEST_F(Words, ExplainsParameters) {
   expect_words({"help", "platt"}, {"layout",    "rgb",      "bgr",    "csf",    "scielab",    "kolpatzik-bouman",
                                    "ppd",       "40",       "lambda", "0.01",   "flat-field", "exact",

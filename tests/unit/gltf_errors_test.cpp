@@ -85,6 +85,15 @@ TEST(GltfErrors, NotASceneAtAll) {
   EXPECT_THAT(error_of_bytes(R"({"asset":{"version":"2.0"}})"), HasSubstr("no triangles"));
 }
 
+TEST(GltfErrors, MessagesStayShort) {
+  Gltf gltf = triangle();  // what the parser quotes in full
+  gltf.root["buffers"] = json::array(
+      {{{"byteLength", 36}, {"uri", "data:application/octet-stream;base64," + std::string(1000000, 'A')}}});
+  const std::string message = error_of(gltf);
+  EXPECT_THAT(message, HasSubstr("data:application"));
+  EXPECT_LT(message.size(), 600u);
+}
+
 TEST(GltfErrors, DeepNestingIsRefused) {
   const std::string deep(100000, '['), close(100000, ']');
   EXPECT_THAT(error_of_bytes(R"({"asset":{"version":"2.0"},"extras":)" + deep + close + "}"), HasSubstr("nested"));
@@ -156,6 +165,11 @@ TEST(GltfErrors, ReferencesToWhatIsNotThere) {
   };
   using Pointer = json::json_pointer;
   EXPECT_THAT(broken(Pointer("/nodes/0/mesh"), 7), HasSubstr("node 0 'leaf' refers to mesh 7"));
+  EXPECT_THAT(broken(Pointer("/nodes/0/mesh"), -2), HasSubstr("mesh -2"));
+  EXPECT_THAT(broken(Pointer("/nodes/1/camera"), -2), HasSubstr("camera -2"));
+  EXPECT_THAT(broken(Pointer("/meshes/0/primitives/0/material"), -2), HasSubstr("material -2"));
+  EXPECT_THAT(broken(Pointer("/meshes/0/primitives/0/indices"), -2), HasSubstr("accessor -2"));
+  EXPECT_THAT(broken(Pointer("/materials/0/emissiveTexture"), {{"index", -2}}), HasSubstr("texture -2"));
   EXPECT_THAT(broken(Pointer("/nodes/1/camera"), 1), HasSubstr("refers to camera 1, but there is only number 0"));
   EXPECT_THAT(broken(Pointer("/nodes/0/children"), {9}), HasSubstr("node 9"));
   EXPECT_THAT(broken(Pointer("/scene"), 3), HasSubstr("scene 3"));
@@ -166,6 +180,10 @@ TEST(GltfErrors, ReferencesToWhatIsNotThere) {
   EXPECT_THAT(broken(Pointer("/bufferViews/0/buffer"), 5), HasSubstr("buffer 5"));
   EXPECT_THAT(broken(Pointer("/materials/0/emissiveTexture"), {{"index", 2}}), HasSubstr("texture 2"));
   EXPECT_THAT(broken(Pointer("/nodes/0/extensions/KHR_lights_punctual/light"), 0), HasSubstr("light 0"));
+  for (const double number : {.5, 1e300, -1e10})
+    EXPECT_THAT(broken(Pointer("/nodes/0/extensions/KHR_lights_punctual/light"), number), HasSubstr("'light'"));
+  EXPECT_THAT(broken(Pointer("/materials/0/extensions/KHR_materials_transmission/transmissionTexture/index"), 1e40),
+              HasSubstr("'index'"));
 }
 
 TEST(GltfErrors, NumbersThatAreNotFinite) {
@@ -289,6 +307,47 @@ TEST(GltfErrors, CamerasLightsAndExtras) {
   EXPECT_THAT(broken("/extensions/KHR_lights_punctual/lights/0/type", "laser"), HasSubstr("'laser'"));
   EXPECT_THAT(broken("/extensions/KHR_lights_punctual/lights/0/spot", {{"innerConeAngle", 1}}), HasSubstr("cone"));
   EXPECT_THAT(broken("/extensions/KHR_lights_punctual/lights/0/intensity", -1), HasSubstr("intensity"));
+}
+
+// What lies beyond these would end the program inside Embree, which asserts that coordinates stay below 1.8e18.
+TEST(GltfErrors, PlacesTooFarForAFloat) {
+  const auto broken = [](const char* where, const json& value) {
+    Gltf gltf = triangle();
+    gltf.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    gltf.node({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    gltf.root[json::json_pointer(where)] = value;
+    return error_of(gltf);
+  };
+  EXPECT_THAT(broken("/nodes/1/translation", {1.8e19, 0, 5}), HasSubstr("the camera of node 1 'eye'"));
+  EXPECT_THAT(broken("/nodes/2/translation", {0, -1e16, 0}), HasSubstr("node 2 has a place more than 1e15 m"));
+  EXPECT_THAT(broken("/nodes/0/scale", {1e16, 1, 1}), HasSubstr("1e+16 m across; at most 1e15 m"));
+  EXPECT_THAT(broken("/cameras/0/extras", {{"aperture_radius_m", 1e10}}), HasSubstr("aperture_radius_m"));
+  EXPECT_THAT(broken("/cameras/0/extras", {{"focus_distance_m", 1e16}}), HasSubstr("focus_distance_m"));
+  EXPECT_THAT(broken("/cameras/0/extras", {{"focus_distance_m", 1e-200}}), HasSubstr("focus_distance_m"));
+  const json view = {{"xmag", 1}, {"ymag", 1e10}, {"znear", .1}, {"zfar", 9}};
+  EXPECT_THAT(broken("/cameras/0", {{"type", "orthographic"}, {"orthographic", view}}), HasSubstr("ymag"));
+  EXPECT_EQ(broken("/nodes/0/scale", {1e14, 1, 1}), "");
+}
+
+// Half way between two opposite directions there is none to look along.
+TEST(GltfErrors, CamerasThatTurnHalfRoundBetweenTwoInstants) {
+  const auto turning = [](int half_turns) {
+    Gltf gltf = triangle();
+    std::vector<float> times, turns;
+    for (int i = 0; i <= half_turns; ++i) {
+      times.push_back(static_cast<float>(i) / static_cast<float>(half_turns));
+      const std::vector<float> turn =
+          i % 2 == 0 ? std::vector<float>{0, 0, 0, 1} : std::vector<float>{0, 1, 0, 0};  // about y
+      turns.insert(turns.end(), turn.begin(), turn.end());
+    }
+    const json sampler = {{"input", gltf.accessor(times, 1)}, {"output", gltf.accessor(turns, 4)}};
+    gltf.push("animations", {{"samplers", {sampler}},
+                             {"channels", {{{"sampler", 0}, {"target", {{"node", 1}, {"path", "rotation"}}}}}}});
+    gltf.root["cameras"][0]["extras"]["shutter_s"] = {0, 1};
+    return error_of(gltf);
+  };
+  EXPECT_EQ(turning(4), "");
+  EXPECT_THAT(turning(64), HasSubstr("the camera of node 1 'eye' turns too fast"));
 }
 
 TEST(GltfErrors, MaterialValuesOutOfRangeAreClampedAndSaid) {
