@@ -195,6 +195,7 @@ def pov_triangle(corners, colour, finish, flags=""):
     return f"triangle {{ {points} pigment {{ rgb {pov_vector(colour)} }} finish {{ ambient 0 {finish} }} {flags}}}\n"
 
 
+# So that the panel does not hide the light.
 LIGHT_BEFORE_PANEL_M = 1e-4
 
 
