@@ -71,10 +71,14 @@ AliasTable::AliasTable(const std::vector<double>& weights) {
     if (entries_[i].probability == 0 && !large.empty()) entries_[i] = {0, 0, large.back()};
 }
 
-uint32_t AliasTable::draw(double u) const {
+uint32_t AliasTable::draw(double& u) const {
   const double at = u * static_cast<double>(entries_.size());
   const uint32_t i = std::min(static_cast<uint32_t>(at), static_cast<uint32_t>(entries_.size() - 1));
-  return at - i < static_cast<double>(entries_[i].keep) ? i : entries_[i].alias;
+  const double rest = at - i, keep = static_cast<double>(entries_[i].keep);
+  const bool kept = rest < keep;
+  constexpr double kBelowOne = 1 - 0x1p-53;
+  u = std::min(kept ? rest / keep : (rest - keep) / (1 - keep), kBelowOne);
+  return kept ? i : entries_[i].alias;
 }
 
 Float3 emitted_radiance(const Scene& scene, const Material& material, const std::array<Float2, 2>& uv,
@@ -156,15 +160,15 @@ void Lights::make_environment(std::vector<double>& powers, double scene_radius_m
   powers.push_back(kPiD * scene_radius_m * scene_radius_m * total);
 }
 
-bool Lights::sample(Float3 point, float time, double choose, float u, float v, bool textures,
-                    LightSample& light) const {
-  const uint32_t entry = choice_.draw(choose);
+bool Lights::sample(Float3 point, float time, double u, float v, bool textures, LightSample& light) const {
+  const uint32_t entry = choice_.draw(u);
   const float probability = choice_.probability(entry);
   if (!(probability > 0)) return false;
   if (entry < punctual_.size())
     return sample_punctual(scene_.lights[punctual_[entry]], point, 1 / probability, light);
-  if (entry == environment_entry_) return sample_environment(u, v, light);
-  return sample_triangle(triangles_[entry - punctual_.size()], point, time, u, v, probability, textures, light);
+  const float place = std::min(static_cast<float>(u), 0x1.fffffep-1f);  // the largest float below 1
+  if (entry == environment_entry_) return sample_environment(place, v, light);
+  return sample_triangle(triangles_[entry - punctual_.size()], point, time, place, v, probability, textures, light);
 }
 
 bool Lights::sample_punctual(const Light& light, Float3 point, float scale, LightSample& out) const {

@@ -17,8 +17,10 @@ class AliasTable {
   AliasTable() = default;
   explicit AliasTable(const std::vector<double>& weights);
   bool empty() const { return entries_.empty(); }  // no weights, or all 0
-  // u in [0, 1), of more bits than a float has: what is left of it after a million entries decides about aliases.
-  uint32_t draw(double u) const;
+  // u in [0, 1). What the choice leaves of it becomes a new uniform number in [0, 1): an interval of u belongs to
+  // each entry (two, where it is an alias), so that points stratified in u are stratified on what is chosen.
+  uint32_t draw(double& u) const;
+  size_t size() const { return entries_.size(); }
   float probability(uint32_t i) const { return entries_[i].probability; }
   uint64_t memory_bytes() const { return entries_.size() * sizeof(Entry); }
 
@@ -44,8 +46,11 @@ class Lights {
   Lights(const Scene& scene, const Geometry& geometry, EffectSet effects);
 
   bool empty() const { return choice_.empty(); }
-  // False if no light reaches the point from there (a lamp's back, outside of a cone).
-  bool sample(Float3 point, float time, double choose, float u, float v, bool textures, LightSample& light) const;
+  // Whether the 24 bits of a float are too few to choose a light and a place on it.
+  bool many() const { return choice_.size() > 256; }
+  // u, v in [0, 1): u chooses the light, and what the choice leaves of it is the first coordinate on the light. False
+  // if no light reaches the point from there (a lamp's back, outside of a cone).
+  bool sample(Float3 point, float time, double u, float v, bool textures, LightSample& light) const;
 
   // Density per solid angle of sample() for a direction that met this emitting triangle; 0: it never aims there.
   float pdf(HitId triangle, float area_m2, float distance_m, float cosine) const;

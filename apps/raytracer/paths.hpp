@@ -102,7 +102,7 @@ class PathKernel {
       uint32_t going = 0;
       if constexpr (kHasAims) {
         draw(active, depth, kPairLight);
-        draw(active, depth, kPairLightChoice);
+        if (scene_.lights.many()) draw(active, depth, kPairLightChoice);
       }
       if constexpr (kBounces) {
         draw(active, depth, kPairDirection);
@@ -306,11 +306,10 @@ class PathKernel {
     const Path& path = paths_[i];
     const Ray& ray = rays_[i];
     const auto on_light = pair(i, kPairLight);
-    const auto choice = pair(i, kPairLightChoice);
     LightSample light;
     const bool pictures = kHasPictures && scene_.effects.has(Effect::kTexture);
-    if (!scene_.lights.sample(surface.position, ray.time, double{choice[0]} + 0x1p-24 * double{choice[1]},
-                              on_light[0], on_light[1], pictures, light))
+    const double more_bits = scene_.lights.many() ? 0x1p-24 * double{pair(i, kPairLightChoice)[0]} : 0;
+    if (!scene_.lights.sample(surface.position, ray.time, on_light[0] + more_bits, on_light[1], pictures, light))
       return;
     if (!(dot(light.towards, facing) > 0)) return;  // behind the triangle, whatever its shading normal says
     const BsdfValue value = bsdf.eval(frame.to_local(light.towards));
