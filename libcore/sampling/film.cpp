@@ -25,6 +25,7 @@ constexpr struct {
 
 constexpr size_t kFewPixels = 256;  // the relative error of a mean of 3 x 256 squared normals is 5%
 
+typedef int32_t FourInts __attribute__((vector_size(16)));
 typedef float FourFloats __attribute__((vector_size(16)));
 typedef double Four __attribute__((vector_size(32)));
 
@@ -117,10 +118,14 @@ TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const Sample
   Four compensation{stored[0].compensation, stored[1].compensation, stored[2].compensation, 0};
   bool valid = true;
   for (const Sample& sample : samples) {
-    FourFloats rgb_and_more;
-    static_assert(offsetof(Sample, rgb) == 0 && sizeof(Sample) >= sizeof(rgb_and_more));
-    std::memcpy(&rgb_and_more, &sample, sizeof(rgb_and_more));
-    const Four x = __builtin_convertvector(rgb_and_more, Four), after = sum + x, came = after - sum;
+    // The three colours in one load; what follows them is no number.
+    static_assert(offsetof(Sample, rgb) == 0 && sizeof(Sample) >= sizeof(FourInts));
+    FourInts bits;
+    std::memcpy(&bits, &sample, sizeof(bits));
+    bits &= FourInts{-1, -1, -1, 0};
+    FourFloats rgb;
+    std::memcpy(&rgb, &bits, sizeof(rgb));
+    const Four x = __builtin_convertvector(rgb, Four), after = sum + x, came = after - sum;
     compensation += (sum - (after - came)) + (x - came);
     sum = after;
     valid &= sample.valid;

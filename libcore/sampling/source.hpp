@@ -25,15 +25,15 @@ struct SampleRequest {
   uint64_t seed = 0;
 };
 
-// Scene-linear, BT.709 primaries. A source without geometry leaves the fields between rgb and valid as they were.
+// Scene-linear, BT.709 primaries. A source without geometry leaves the fields after `valid` as they were.
 struct Sample {
   std::array<float, 3> rgb{};
+  bool valid = true;  // false: the source could not find a value; whoever sums leaves it out, and counts it
   float distance = std::numeric_limits<float>::infinity();  // to the first hit, in scene units; infinite: a miss
   std::array<float, 3> position{};                          // of the first hit, scene coordinates
   std::array<float, 3> normal{};                            // there, unit length, towards the viewer; 0 on a miss
   std::array<float, 3> albedo{};                            // there, in [0, 1]
   uint32_t object_id = 0, material_id = 0;                  // from 1; 0: a miss, or not known
-  bool valid = true;  // false: the source could not find a value; whoever sums leaves it out, and counts it
 };
 
 struct SourceAbilities {
