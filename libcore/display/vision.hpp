@@ -44,6 +44,16 @@ std::array<double, 9> opponent_matrix(const Observer& observer);
 // at frequency 0, falls with it, underflows to 0. An error's weight is its square.
 double mtf(const Observer& observer, int channel, double frequency_cpd);
 
+// The transfer of S-CIELAB's published kernels, third Gaussian included: what the metric of that name uses. 1 at
+// frequency 0 for every channel.
+double scielab_metric_mtf(int channel, double frequency_cpd);
+
+// XYZ (CIE 1931, 2 degrees) to the opponent channels without gains: M[3 * channel + i].
+const std::array<double, 9>& xyz_to_opponent();
+
+// The inverse of a 3 x 3 matrix, row-major, which must have one.
+std::array<double, 9> inverse_3x3(const std::array<double, 9>& matrix);
+
 // Throws Error(kUsage) unless ppd is in 1 .. 10000, the luminance in .01 .. 1e6 and the matrix is finite and
 // invertible.
 void check_observer(const Observer& observer);
