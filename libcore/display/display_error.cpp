@@ -7,11 +7,6 @@
 namespace triad {
 namespace {
 
-const Observer& checked(const Observer& observer) {
-  check_observer(observer);
-  return observer;
-}
-
 SCielab::Shape scielab_shape(const PanelTorus& torus, double ppd) {
   return {torus.width(), torus.height(),        torus.columns(),
           torus.rows(),  ppd * torus.cells_x(), ppd * torus.cells_y()};
@@ -49,12 +44,18 @@ DisplayError::DisplayError(const Layout& layout, const Observer& observer, int w
 
 DisplayError::DisplayError(const Layout& layout, const Observer& observer, const PanelTorus::Shape& shape,
                            Range range)
-    : observer_(checked(observer)),
-      torus_(layout, shape),
+    : torus_(layout, shape),
       range_(range),
       blur_(torus_.width(), torus_.height()),
       scielab_(observer.rgb_to_xyz, scielab_shape(torus_, observer.ppd)),
-      opponent_(opponent_matrix(observer)) {}
+      opponent_(opponent_matrix(observer)) {
+  check_observer(observer);
+  // Copies of all they need: the measure may be moved.
+  for (int c = 0; c < 3; ++c)
+    transfer_[c] = blur_.remembered([torus = torus_, observer, c](size_t nx, double* values) {
+      torus.transfer(observer, c, nx, values);
+    });
+}
 
 uint64_t DisplayError::workspace_bytes() const {
   const uint64_t width = static_cast<uint64_t>(width_px());
@@ -109,8 +110,7 @@ DisplayError::Clamped DisplayError::picture(const PictureView& test, const Pictu
             for (size_t d = 0; d < 3; ++d) row[k] += opponent_[3 * c + d] * (shows[3 * k + d] - should[3 * k + d]);
           }
         },
-        [&](size_t nx, double* values) { torus_.transfer(observer_, static_cast<int>(c), nx, values); },
-        torus_.rows(),
+        transfer_[c], torus_.rows(),
         [&](size_t y, const double* row) {
           mean_over_cells(torus_, &work.row_energies_[y * static_cast<size_t>(width_px())],
                           [&](size_t k) { return row[k] * row[k]; });

@@ -84,12 +84,12 @@ class DisplayError {
  private:
   PictureView shown(const PictureView& test, std::vector<float>& clamped, int64_t& outside) const;
 
-  Observer observer_;
   PanelTorus torus_;
   Range range_;
   PlaneBlur blur_;
   SCielab scielab_;
   std::array<double, 9> opponent_;
+  PlaneBlur::Transfer transfer_[3];
 };
 
 // Weighted sums of energies over pixels. A plain record: all bytes zero is empty, and it may be copied as

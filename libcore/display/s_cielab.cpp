@@ -24,6 +24,14 @@ SCielab::SCielab(const std::array<double, 9>& rgb_to_xyz, const Shape& shape)
       rgb_to_opponent_(product(xyz_to_opponent(), rgb_to_xyz)),
       opponent_to_xyz_(inverse_3x3(xyz_to_opponent())) {
   for (size_t i = 0; i < 3; ++i) white_[i] = rgb_to_xyz[3 * i] + rgb_to_xyz[3 * i + 1] + rgb_to_xyz[3 * i + 2];
+  for (int c = 0; c < 3; ++c)
+    transfer_[c] = blur_.remembered([shape, c](size_t nx, double* values) {
+      const double fx = static_cast<double>(nx) / static_cast<double>(shape.width) * shape.cells_per_degree_x;
+      for (size_t ny = 0; ny <= shape.height / 2; ++ny) {
+        const double fy = static_cast<double>(ny) / static_cast<double>(shape.height) * shape.cells_per_degree_y;
+        values[ny] = scielab_metric_mtf(c, std::sqrt(fx * fx + fy * fy));
+      }
+    });
 }
 
 uint64_t SCielab::workspace_bytes() const {
@@ -47,15 +55,7 @@ void SCielab::delta_e(const Light& test, const Light& reference, const RowSink& 
               row[k] = rgb_to_opponent_[3 * c] * rgb[3 * k] + rgb_to_opponent_[3 * c + 1] * rgb[3 * k + 1] +
                        rgb_to_opponent_[3 * c + 2] * rgb[3 * k + 2];
           },
-          [&](size_t nx, double* values) {
-            const double fx = static_cast<double>(nx) / static_cast<double>(shape_.width) * shape_.cells_per_degree_x;
-            for (size_t ny = 0; ny <= shape_.height / 2; ++ny) {
-              const double fy =
-                  static_cast<double>(ny) / static_cast<double>(shape_.height) * shape_.cells_per_degree_y;
-              values[ny] = scielab_metric_mtf(static_cast<int>(c), std::sqrt(fx * fx + fy * fy));
-            }
-          },
-          shape_.rows,
+          transfer_[c], shape_.rows,
           [&](size_t y, const double* row) {
             std::vector<float>& seen = work.seen_[p][c];
             for (size_t k = 0; k < shape_.columns; ++k) seen[y * shape_.columns + k] = static_cast<float>(row[k]);

@@ -47,6 +47,7 @@ class SCielab {
   PlaneBlur blur_;
   std::array<double, 9> rgb_to_opponent_, opponent_to_xyz_;
   std::array<double, 3> white_;
+  PlaneBlur::Transfer transfer_[3];
 };
 
 }  // namespace triad

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <triad/base/parallel.hpp>
 #include <triad/numeric/plane_blur.hpp>
+#include <vector>
 
 namespace triad {
 namespace {
@@ -21,6 +22,13 @@ uint64_t PlaneBlur::workspace_bytes() const {
 }
 
 PlaneBlur::Workspace::Workspace(const PlaneBlur& blur) : spectrum_(blur.rows_.spectrum_size() * blur.height()) {}
+
+PlaneBlur::Transfer PlaneBlur::remembered(const Transfer& transfer) const {
+  if (height() > 1) return transfer;
+  std::vector<double> values(rows_.spectrum_size());
+  for (size_t nx = 0; nx < values.size(); ++nx) transfer(nx, &values[nx]);
+  return [values](size_t nx, double* value) { *value = values[nx]; };
+}
 
 void PlaneBlur::apply(const Fill& fill, const Transfer& transfer, size_t rows, const Take& take,
                       Workspace& work) const {
@@ -39,10 +47,19 @@ void PlaneBlur::apply(const Fill& fill, const Transfer& transfer, size_t rows, c
     rows_.forward(row, spectrum);
     std::copy_n(spectrum, stride, stored);
   });
-  parallel_for(static_cast<int64_t>((stride + kColumnsAtOnce - 1) / kColumnsAtOnce), [&](int64_t block) {
-    const size_t first = static_cast<size_t>(block) * kColumnsAtOnce;
-    blur_columns(first, std::min(stride, first + kColumnsAtOnce), transfer, work);
-  });
+  if (height() == 1) {
+    const double scale = 1 / static_cast<double>(width());
+    for (size_t nx = 0; nx < stride; ++nx) {
+      double value;
+      transfer(nx, &value);
+      work.spectrum_[nx] *= value * scale;
+    }
+  } else {
+    parallel_for(static_cast<int64_t>((stride + kColumnsAtOnce - 1) / kColumnsAtOnce), [&](int64_t block) {
+      const size_t first = static_cast<size_t>(block) * kColumnsAtOnce;
+      blur_columns(first, std::min(stride, first + kColumnsAtOnce), transfer, work);
+    });
+  }
   for_rows(rows, [&](size_t y, double* row, std::complex<double>* spectrum, std::complex<double>* stored) {
     std::copy_n(stored, stride, spectrum);
     rows_.inverse(spectrum, row);
@@ -54,13 +71,6 @@ void PlaneBlur::blur_columns(size_t first, size_t last, const Transfer& transfer
   const size_t stride = rows_.spectrum_size(), height = columns_.size();
   const double scale = 1 / (static_cast<double>(width()) * static_cast<double>(height));
   AlignedBuffer<double> values(columns_.spectrum_size());
-  if (height == 1) {
-    for (size_t nx = first; nx < last; ++nx) {
-      transfer(nx, values.data());
-      work.spectrum_[nx] *= values[0] * scale;
-    }
-    return;
-  }
   // Real and imaginary parts of the columns, each on a cache line of its own.
   const size_t pitch = (height + 7) / 8 * 8, parts = 2 * (last - first);
   AlignedBuffer<double> columns(parts * pitch);

@@ -41,6 +41,10 @@ class PlaneBlur {
   // Gets the blurred samples of row y, which it may use as it likes, on several threads at once.
   using Take = std::function<void(size_t y, double* row)>;
 
+  // The same transfer, with its values kept where the plane is a single row: rows of one length follow each other by
+  // the thousand, planes do not. Copies what it needs.
+  Transfer remembered(const Transfer& transfer) const;
+
   // Rows 0 .. rows - 1 of the result go to `take`; the others are not made.
   void apply(const Fill& fill, const Transfer& transfer, size_t rows, const Take& take, Workspace& workspace) const;
 

@@ -263,7 +263,7 @@ TEST(DisplayPlugin, MatchesTheSumsOfItsDefinition) {
                                   {"edge", edge == triad::Edge::kWrap ? "wrap" : "mirror"},
                                   {"range", clip ? "clip" : "unbounded"}};
       const auto got = run("display", parameters, {&test, &wide, nullptr}, 2);
-      ASSERT_EQ(got.scores.size(), 1u);
+      ASSERT_EQ(got.scores.size(), 5u);
       EXPECT_NEAR(got.scores[0] / std::sqrt(expected), 1, 1e-12);
       EXPECT_NEAR(got.reports.at("share-red-green"), shares[1] / expected, 1e-12);
       EXPECT_EQ(got.reports.contains("clamped-reference-cells"), clip);
@@ -297,9 +297,13 @@ TEST(DisplayPlugin, RefusesWithAClearLine) {
   const auto error = [&](const ParamTexts& parameters, const Picture& reference_picture) {
     return message_of([&] { run("display", parameters, {&test, &reference_picture, nullptr}); });
   };
-  EXPECT_THAT(error({}, short_one), HasSubstr("test picture is 40x4 and the reference 119x4; the reference must be a "
-                                              "wide render of 120x4"));
+  EXPECT_THAT(error({}, short_one), HasSubstr("test picture is 40x4 and the reference 119x4; for layout rgb the "
+                                              "reference must be a wide render of 120x4"));
   EXPECT_THAT(error({}, test), HasSubstr("40x4 and the reference 40x4"));
+  EXPECT_THAT(error({{"layout", "qd-oled"}}, wide),
+              HasSubstr("reference has 3x1 cells a pixel, and layout qd-oled needs 2x2"));
+  EXPECT_THAT(error({{"mode", "rows"}, {"layout", "vrgb"}}, noise(40, 12, 1, 2)), HasSubstr("vertical stripes"));
+  EXPECT_THAT(error({{"origin", "1,.5"}}, wide), HasSubstr("whole numbers"));
   EXPECT_THAT(error({}, other), HasSubstr("different primaries"));
   EXPECT_THAT(error({{"border", "20"}}, wide), HasSubstr("border=20 leaves nothing of a width of 40: at most 19"));
   EXPECT_THAT(error({{"border", "some"}}, wide), HasSubstr("border is 'some'"));
