@@ -111,8 +111,8 @@ struct Display {
     cells_x_ = panel.cells_x;
     cells_y_ = panel.cells_y;
     plan_border();
-    const triad::PanelTorus::Shape shape{
-        test.width, rows_ ? 1 : test.height, shown_from.x_px, shown_from.y_px, edge, rows_};
+    const triad::PanelTorus::Shape shape{test.width, rows_ ? 1 : test.height, shown_from.x_px, shown_from.y_px, edge,
+                                         rows_};
     measure_ = display_parameters::in_library(
         [&] { return std::make_unique<triad::DisplayError>(panel, observer, shape, range); });
     call.report("border", border_x_);
@@ -203,8 +203,7 @@ struct Display {
         state.shown.add_pixels(energy, mask, x0, x1);
         state.average.add_pixels(&work.average_energy[3 * first], mask, x0, x1);
         for (int x = x0; x < x1; ++x)
-          state.delta_e.add(work.delta_e[first + static_cast<size_t>(x)],
-                            mask ? static_cast<double>(mask[x]) : 1);
+          state.delta_e.add(work.delta_e[first + static_cast<size_t>(x)], mask ? static_cast<double>(mask[x]) : 1);
       }
       if (!call.has_out()) continue;
       float* to = call.out().row(y);

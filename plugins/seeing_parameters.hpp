@@ -44,7 +44,9 @@ struct Origin {
 };
 // After display_parameters::check_origin. Counts modulo the tile, so that any whole numbers do.
 inline Origin origin_on(const std::vector<double>& origin, const triad::Layout& panel) {
-  const auto modulo = [](double value, int tile) { return static_cast<int>(value - tile * std::floor(value / tile)); };
+  const auto modulo = [](double value, int tile) {
+    return static_cast<int>(value - tile * std::floor(value / tile));
+  };
   return {modulo(origin[0], panel.tile_x), modulo(origin[1], panel.tile_y)};
 }
 

@@ -8,8 +8,7 @@ namespace triad {
 namespace {
 
 SCielab::Shape scielab_shape(const PanelTorus& torus, double ppd) {
-  return {torus.width(), torus.height(),        torus.columns(),
-          torus.rows(),  ppd * torus.cells_x(), ppd * torus.cells_y()};
+  return {torus.width(), torus.height(), torus.columns(), torus.rows(), ppd * torus.cells_x(), ppd * torus.cells_y()};
 }
 
 // Per pixel of a fine row: the mean over its cells of f(k), into sums[x].
@@ -52,9 +51,8 @@ DisplayError::DisplayError(const Layout& layout, const Observer& observer, const
   check_observer(observer);
   // Copies of all they need: the measure may be moved.
   for (int c = 0; c < 3; ++c)
-    transfer_[c] = blur_.remembered([torus = torus_, observer, c](size_t nx, double* values) {
-      torus.transfer(observer, c, nx, values);
-    });
+    transfer_[c] = blur_.remembered(
+        [torus = torus_, observer, c](size_t nx, double* values) { torus.transfer(observer, c, nx, values); });
 }
 
 uint64_t DisplayError::workspace_bytes() const {
@@ -135,8 +133,8 @@ void DisplayError::pixel_average(const PictureView& target, float* drives) const
         double sum = 0;
         for (int v = 0; v < cells_y; ++v)
           for (int u = 0; u < cells_x; ++u) {
-            const auto value = static_cast<double>(
-                target.row(y * cells_y + v)[3 * (static_cast<ptrdiff_t>(x) * cells_x + u) + d]);
+            const auto value =
+                static_cast<double>(target.row(y * cells_y + v)[3 * (static_cast<ptrdiff_t>(x) * cells_x + u) + d]);
             sum += range_ == Range::kClip ? std::clamp(value, 0., 1.) : value;
           }
         *drives = static_cast<float>(sum / (cells_x * cells_y));

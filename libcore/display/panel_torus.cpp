@@ -50,15 +50,13 @@ PanelTorus::PanelTorus(const Layout& layout, const Shape& shape)
 
 Light PanelTorus::panel(const PictureView& drives) const {
   return [this, drives](size_t y, double* rgb) {
-    const DriveRows<float> rows{drives.pixels,    drives.stride, shape_.width_px,
-                                shape_.height_px, 0,             shape_.height_px};
+    const DriveRows<float> rows{drives.pixels, drives.stride, shape_.width_px, shape_.height_px, 0, shape_.height_px};
     const int at = unrolled(y, height_, this->rows());
     const int middle = static_cast<int>(columns() + (width_ - columns() + 1) / 2);
     emission_.light(rows, beyond(shape_.edge), {0, at, middle, at + 1}, rgb);
     const int rest = static_cast<int>(width_) - middle;
     if (rest > 0)
-      emission_.light(rows, beyond(shape_.edge), {-rest, at, 0, at + 1},
-                      rgb + 3 * static_cast<ptrdiff_t>(middle));
+      emission_.light(rows, beyond(shape_.edge), {-rest, at, 0, at + 1}, rgb + 3 * static_cast<ptrdiff_t>(middle));
   };
 }
 
@@ -73,7 +71,8 @@ void PanelTorus::transfer(const Observer& observer, int channel, size_t nx, doub
 Light PanelTorus::target(const PictureView& cells, Range range) const {
   return [this, cells, range](size_t y, double* rgb) {
     const int picture_columns = static_cast<int>(columns());
-    const float* row = cells.row(continued(unrolled(y, height_, rows()), static_cast<int>(rows()), beyond(shape_.edge)));
+    const float* row =
+        cells.row(continued(unrolled(y, height_, rows()), static_cast<int>(rows()), beyond(shape_.edge)));
     for (size_t k = 0; k < width_; ++k) {
       const int x = continued(unrolled(k, width_, columns()), picture_columns, beyond(shape_.edge));
       for (size_t d = 0; d < 3; ++d) {

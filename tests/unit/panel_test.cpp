@@ -103,8 +103,9 @@ TEST(PlaneErrorTest, WhiteAndBlackAreSeenAsThePanelsStructureAlone) {
     const int width = 4, height = 4;
     for (const float level : {0.f, 1.f}) {
       const DisplayError measure(panel, reference::observer(1000), PanelTorus::Shape{width, height}, Range::kClip);
-      const auto got = energy_of(measure, std::vector<float>(3 * width * height, level),
-                                 std::vector<float>(3 * static_cast<size_t>(width * height * panel.pixel_cells()), level));
+      const auto got =
+          energy_of(measure, std::vector<float>(3 * width * height, level),
+                    std::vector<float>(3 * static_cast<size_t>(width * height * panel.pixel_cells()), level));
       for (const double e : got) EXPECT_NEAR(e, 0, 1e-20) << name;  // all of it is finer than an eye at 1000 ppd sees
     }
   }
@@ -178,8 +179,12 @@ TEST(CielabTest, MatchesPublishedColours) {
   };
   const struct {
     double rgb[3], L, a, b;
-  } published[] = {{{1, 0, 0}, 53.24, 80.09, 67.20},  {{0, 1, 0}, 87.73, -86.18, 83.18}, {{0, 0, 1}, 32.30, 79.19, -107.86},
-                   {{1, 1, 0}, 97.14, -21.55, 94.48}, {{0, 1, 1}, 91.11, -48.09, -14.13}, {{1, 1, 1}, 100, 0, 0},
+  } published[] = {{{1, 0, 0}, 53.24, 80.09, 67.20},
+                   {{0, 1, 0}, 87.73, -86.18, 83.18},
+                   {{0, 0, 1}, 32.30, 79.19, -107.86},
+                   {{1, 1, 0}, 97.14, -21.55, 94.48},
+                   {{0, 1, 1}, 91.11, -48.09, -14.13},
+                   {{1, 1, 1}, 100, 0, 0},
                    {{0, 0, 0}, 0, 0, 0}};
   for (const auto& p : published) {
     const triad::Lab got = lab(p.rgb[0], p.rgb[1], p.rgb[2]);
@@ -197,9 +202,10 @@ TEST(CielabTest, MatchesPublishedColours) {
 TEST(SCielabTest, TheKernelsSumToOne) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(triad::scielab_metric_mtf(c, 0), 1, 1e-15);
   // The third Gaussian is gone at a few tenths of a cycle per degree, and the two others are the error's.
-  EXPECT_NEAR(triad::scielab_metric_mtf(0, .1), triad::mtf(reference::observer(40), 0, .1) -
-                                                    .117686 * std::exp(-std::pow(std::numbers::pi * 4.336 * .1, 2)),
-              1e-12);
+  EXPECT_NEAR(
+      triad::scielab_metric_mtf(0, .1),
+      triad::mtf(reference::observer(40), 0, .1) - .117686 * std::exp(-std::pow(std::numbers::pi * 4.336 * .1, 2)),
+      1e-12);
 }
 
 TEST(SCielabTest, UniformFieldsGetPlainCielab) {
@@ -220,15 +226,16 @@ TEST(SCielabTest, UniformFieldsGetPlainCielab) {
     }
   const double expected = triad::cie76(triad::xyz_to_lab(xyz[0], white), triad::xyz_to_lab(xyz[1], white));
   std::vector<double> got(17 * 11, -1);
-  metric.delta_e(field(one), field(other),
-                 [&](size_t y, const double* values) { std::copy_n(values, 17, &got[y * 17]); }, work);
+  metric.delta_e(
+      field(one), field(other), [&](size_t y, const double* values) { std::copy_n(values, 17, &got[y * 17]); }, work);
   for (const double v : got) EXPECT_NEAR(v, expected, 2e-5);
   EXPECT_GT(expected, 5);
 }
 
 TEST(SCielabTest, AGratingIsSeenWithTheKernelsTransfer) {
-  // Grey with a small cosine of f cycles per degree on it, against plain grey. A grey of XYZ proportional to the white
-  // stays grey in luminance only if all channels pass alike; so the opponent values are computed one by one here.
+  // Grey with a small cosine of f cycles per degree on it, against plain grey. A grey of XYZ proportional to the
+  // white stays grey in luminance only if all channels pass alike; so the opponent values are computed one by one
+  // here.
   const int n = 64, cycles = 6;
   const double ppd = 60, f = cycles * ppd / n, mean = .4, swing = .05;
   const triad::SCielab metric(reference::kRec709ToXyz, {n, 8, n, 8, ppd, ppd});
@@ -250,8 +257,7 @@ TEST(SCielabTest, AGratingIsSeenWithTheKernelsTransfer) {
   const Eigen::Vector3d white = to_xyz * Eigen::Vector3d::Ones(), grey = to_opponent * white;
   for (int k = 0; k < n; ++k) {
     Eigen::Vector3d seen;
-    for (int c = 0; c < 3; ++c)
-      seen[c] = grey[c] * (mean + (value(k) - mean) * triad::scielab_metric_mtf(c, f));
+    for (int c = 0; c < 3; ++c) seen[c] = grey[c] * (mean + (value(k) - mean) * triad::scielab_metric_mtf(c, f));
     const Eigen::Vector3d xyz = to_opponent.inverse() * seen;
     const std::array<double, 3> w{white[0], white[1], white[2]};
     const double expected = triad::cie76(triad::xyz_to_lab({xyz[0], xyz[1], xyz[2]}, w),
