@@ -17,7 +17,13 @@ class Words : public Cli {
 
 TEST_F(Words, TellsItsVersion) { expect_words({"--version"}, {"triad", TRIAD_VERSION}); }
 
-TEST_F(Words, ListsItsStages) { expect_words({"list"}, {"platt", "subpixel", "box", "crop", "error", "display"}); }
+TEST_F(Words, ListsItsStages) {
+  expect_words({"list"}, {"platt", "subpixel", "box", "crop", "error", "display", "panel", "eye"});
+}
+
+TEST_F(Words, ListsLayoutsWithTheirCellsAndTiles) {
+  expect_words({"list", "layouts"}, {"qd-oled", "2x2", "pentile-rgbg", "repeats after 2x2 px", "rgb-delta", "6x1"});
+}
 
 TEST_F(Words, ExplainsParameters) {
   expect_words({"help", "platt"}, {"layout",    "rgb",      "bgr",    "csf",    "scielab",    "kolpatzik-bouman",
