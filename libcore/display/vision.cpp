@@ -47,19 +47,18 @@ std::array<double, 9> opponent_matrix(const Observer& observer) {
   return matrix;
 }
 
+double scielab_term(int channel, int term, double frequency_cpd) {
+  const double x = std::numbers::pi * kScielab[channel].spread_deg[term] * frequency_cpd;
+  return kScielab[channel].weight[term] * std::exp(-x * x);
+}
+
 double mtf(const Observer& observer, int channel, double frequency_cpd) {
   if (observer.csf == Csf::kKolpatzikBouman) {
     // Slopes per cpd: Nasanen's .525 ln L + 3.91 (L in cd/m^2) in cpd, Mullen's .419 degrees.
     return channel == 0 ? std::exp(-frequency_cpd / (.525 * std::log(observer.luminance_nits) + 3.91))
                         : std::exp(-.419 * frequency_cpd);
   }
-  const TwoGaussians& sum = kScielab[channel];
-  double value = 0;
-  for (int i = 0; i < 2; ++i) {
-    const double x = std::numbers::pi * sum.spread_deg[i] * frequency_cpd;
-    value += sum.weight[i] * std::exp(-x * x);
-  }
-  return value;
+  return scielab_term(channel, 0, frequency_cpd) + scielab_term(channel, 1, frequency_cpd);
 }
 
 void check_observer(const Observer& observer) {
