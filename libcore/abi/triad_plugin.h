@@ -47,7 +47,7 @@ extern "C" {
 
 #define TRIAD_ABI_MAGIC 0x31444954u /* "TID1" read as little-endian bytes */
 #define TRIAD_ABI_MAJOR 1u          /* repeated in the exported symbol's name */
-#define TRIAD_ABI_MINOR 0u
+#define TRIAD_ABI_MINOR 1u
 
 /* Whether the maker of the record *p knew its member f. */
 #define TRIAD_HAS(p, T, f) ((p)->struct_size >= offsetof(T, f) + sizeof((p)->f))
@@ -187,6 +187,10 @@ typedef struct {
    * such input values by 0, counts them and warns. KEEP: they reach only the pixels within need(). */
   int32_t nonfinite;
   uint64_t state_bytes; /* an accumulator of the host's, zeroed for each strip; 0 none */
+  /* Since 1.1. What one call of strip allocates beside its pictures, scratch included, and what the instance keeps
+   * from plan on; 0 where that is little. The host adds it to the memory it plans with, and refuses the run where
+   * --max-memory is below. */
+  uint64_t work_bytes;
 } triad_plan;
 
 typedef struct {

@@ -241,7 +241,7 @@ uint64_t FilterNode::run_bytes(const StripNeeds& needs, bool may_modify) const {
   if (bytes == 0 && !may_modify && plan_.plan.nonfinite == TRIAD_NONFINITE_ZERO)
     bytes = StripBuffer::bytes(needs.in, in_.width, in_.channel_count(), needs.pads);
   if (passes_by) bytes += StripBuffer::bytes(needs.out, out_.width, plan_.out.channels, {});
-  return bytes;
+  return bytes + plan_.plan.work_bytes;
 }
 
 StripBuffer FilterNode::run(BufferPool& pool, const StripBuffer& in, const StripNeeds& needs, const Pads& out_pads,
