@@ -28,7 +28,7 @@ struct Display {
       "different csf, ppd, channels, modes or layouts do not compare. The map is each pixel's root mean square.\n"
       "mode=rows takes each row for itself (Platt 2000) and streams; mode=plane looks at the whole picture, which "
       "takes about 60 bytes of memory a cell, with edge=wrap about half. They agree on pictures that are constant in "
-      "y. auto is rows for vertical stripes side by side, plane for any other panel.\n"
+      "y. auto is rows for panels of vertical stripes, plane for any other.\n"
       "ratio is rmse over that of the pixel average, conventional antialiasing without a limit of samples. fringe is "
       "the share of the error (of its square) in the two colour channels. delta-e and delta-e-p95 are the mean and "
       "the 95th percentile over pixels of S-CIELAB, the panel's light against the render's; in mode=rows each row "
@@ -98,7 +98,7 @@ struct Display {
     const triad::Layout panel =
         sp::choose_panel(layout, {call.get_meta(0, sp::kLayoutKey), call.get_meta(1, sp::kLayoutKey)});
     check_pictures(test, reference, panel);
-    rows_ = mode == Mode::kRows || (mode == Mode::kAuto && panel.is_rows());
+    rows_ = mode == Mode::kRows || (mode == Mode::kAuto && panel.has_independent_rows());
     const auto shown_from = sp::origin_on(origin, panel);
     triad::Observer observer;
     std::copy_n(test.rgb_to_xyz, 9, observer.rgb_to_xyz.begin());

@@ -28,7 +28,7 @@ namespace triad {
 // the process; the same pictures give the same bits for any number of them.
 class DisplayError {
  public:
-  // Row by row. Throws Error(kUsage): layout not is_rows(), observer refused, width outside 1 .. 2^26.
+  // Row by row. Throws Error(kUsage): layout without independent rows, observer refused, width outside 1 .. 2^26.
   DisplayError(const Layout& layout, const Observer& observer, int width_px, Edge edge, Range range);
   // What the shape says: in the plane, or row by row for one_row. Throws Error(kUsage): observer or shape refused.
   DisplayError(const Layout& layout, const Observer& observer, const PanelTorus::Shape& shape, Range range);

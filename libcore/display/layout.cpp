@@ -18,8 +18,7 @@ namespace fs = std::filesystem;
 namespace triad {
 namespace {
 
-constexpr int kMaxSide = 16;         // cells of a pixel and pixels of a tile, each way
-constexpr size_t kMaxEmitters = 64;  // far above PenTile's 8 a tile of 2 x 2
+constexpr int kMaxSide = 16;  // cells of a pixel and pixels of a tile, each way
 // Shares and primaries are typed by people: "0.333333" must do, a forgotten emitter must not.
 constexpr double kSumTolerance = 1e-5;
 constexpr const char* kDeriveWhite = "w = min(r, g, b)";

@@ -18,6 +18,8 @@ struct EmitterCell {
 // The channel of emitters that the panel drives itself, see Layout::derives_white.
 inline constexpr int kWhiteChannel = 3;
 
+inline constexpr int kMaxEmitters = 64;  // of a tile; far above PenTile's 8 on 2 x 2 pixels
+
 // One single-coloured emitter of a tile, a subpixel.
 struct Emitter {
   std::string name;

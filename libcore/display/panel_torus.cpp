@@ -44,7 +44,8 @@ PanelTorus::PanelTorus(const Layout& layout, const Shape& shape)
                   ? 1
                   : torus_cells(layout, "height", shape.height_px, layout.tile_y, layout.cells_y, shape.edge)) {
   if (!shape.one_row) return;
-  require_rows(layout);
+  if (!layout.has_independent_rows())
+    throw_usage("layout '" + layout.name + "' has no independent rows: it needs mode=plane");
   if (shape.height_px != 1) throw_internal("one row of a picture of " + std::to_string(shape.height_px));
 }
 

@@ -35,7 +35,7 @@ class PanelTorus {
     int width_px = 1, height_px = 1;       // of the picture, in display pixels
     int origin_x_px = 0, origin_y_px = 0;  // the pixel of the panel on which the picture's first one lies
     Edge edge = Edge::kMirror;
-    bool one_row = false;  // height_px is 1, of a layout with is_rows(): nothing lies above and below
+    bool one_row = false;  // height_px is 1, of a layout with has_independent_rows()
   };
   // Throws Error(kUsage) for a side below 1, a torus longer than 2^27 pixels, a wrapped side that is not a whole
   // number of tiles, or one_row of another layout or height.

@@ -31,18 +31,6 @@ constexpr TwoGaussians kScielab[3] = {
 constexpr double kScielabThirdSpread_deg = 4.336;
 constexpr double kScielabThirdWeight = 1 - 1.00327 - .114416;
 
-double gaussian_mtf(double spread_deg, double frequency_cpd) {
-  const double x = std::numbers::pi * spread_deg * frequency_cpd;
-  return std::exp(-x * x);
-}
-
-double two_gaussians(int channel, double frequency_cpd) {
-  const TwoGaussians& sum = kScielab[channel];
-  double value = 0;
-  for (int i = 0; i < 2; ++i) value += sum.weight[i] * gaussian_mtf(sum.spread_deg[i], frequency_cpd);
-  return value;
-}
-
 double determinant_of(const std::array<double, 9>& m) {
   return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
 }
@@ -67,18 +55,25 @@ std::array<double, 9> opponent_matrix(const Observer& observer) {
   return matrix;
 }
 
+double scielab_term(int channel, int term, double frequency_cpd) {
+  const double x = std::numbers::pi * kScielab[channel].spread_deg[term] * frequency_cpd;
+  return kScielab[channel].weight[term] * std::exp(-x * x);
+}
+
 double mtf(const Observer& observer, int channel, double frequency_cpd) {
   if (observer.csf == Csf::kKolpatzikBouman) {
     // Slopes per cpd: Nasanen's .525 ln L + 3.91 (L in cd/m^2) in cpd, Mullen's .419 degrees.
     return channel == 0 ? std::exp(-frequency_cpd / (.525 * std::log(observer.luminance_nits) + 3.91))
                         : std::exp(-.419 * frequency_cpd);
   }
-  return two_gaussians(channel, frequency_cpd);
+  return scielab_term(channel, 0, frequency_cpd) + scielab_term(channel, 1, frequency_cpd);
 }
 
 double scielab_metric_mtf(int channel, double frequency_cpd) {
-  const double value = two_gaussians(channel, frequency_cpd);
-  return channel == 0 ? value + kScielabThirdWeight * gaussian_mtf(kScielabThirdSpread_deg, frequency_cpd) : value;
+  const double value = scielab_term(channel, 0, frequency_cpd) + scielab_term(channel, 1, frequency_cpd);
+  if (channel != 0) return value;
+  const double x = std::numbers::pi * kScielabThirdSpread_deg * frequency_cpd;
+  return value + kScielabThirdWeight * std::exp(-x * x);
 }
 
 const std::array<double, 9>& xyz_to_opponent() { return kXyzToOpponent; }

@@ -196,7 +196,7 @@ TEST(DisplayPlugin, RefusesWithAClearLine) {
   EXPECT_THAT(error({}, test), HasSubstr("40x4 and the reference 40x4"));
   EXPECT_THAT(error({{"layout", "qd-oled"}}, wide),
               HasSubstr("reference has 3x1 cells a pixel, and layout qd-oled needs 2x2"));
-  EXPECT_THAT(error({{"mode", "rows"}, {"layout", "vrgb"}}, noise(40, 12, 1, 2)), HasSubstr("vertical stripes"));
+  EXPECT_THAT(error({{"mode", "rows"}, {"layout", "vrgb"}}, noise(40, 12, 1, 2)), HasSubstr("vrgb' has no independent rows: it needs mode=plane"));
   EXPECT_THAT(error({{"origin", "1,.5"}}, wide), HasSubstr("whole numbers"));
   EXPECT_THAT(error({}, other), HasSubstr("different primaries"));
   EXPECT_THAT(error({{"border", "20"}}, wide), HasSubstr("border=20 leaves nothing of a width of 40: at most 19"));
