@@ -140,14 +140,24 @@ TEST_F(Render, DrawsOnAnyLayoutsCells) {
   EXPECT_EQ(wide.text.at("triad:cells"), "2x2");
   EXPECT_EQ(wide.text.at("triad:layout"), "qd-oled");
   // The picture names the panel that judges it and shows it.
-  expect_success({"run", "oled.exr", "box:x=2,y=2", "-o", "boxed.exr"});
+  expect_success({"run", "oled.exr", "box:x=2,y=2", "-o", "boxed.exr", "--depth", "float"});
   const auto scores = compare({"boxed.exr", "--ref", "oled.exr", "-m", "display"})[0]["scores"];
-  EXPECT_NEAR(scores["ratio"], 1, 1e-3);  // box is the pixel average, but for rounding to half
+  EXPECT_NEAR(scores["ratio"], 1, 1e-5);  // box is the pixel average
   EXPECT_GT(scores["rmse"], 1e-3);
   expect_success({"run", "boxed.exr", "panel:scale=4", "-o", "panel.exr"});
   EXPECT_EQ(load(path("panel.exr")).width, 160);
   expect_success({"run", "boxed.exr", "eye", "-o", "seen.exr"});
   EXPECT_EQ(load(path("seen.exr")).width, 40);
+  // Stored in eight bits: the codes that were chosen are those that the file holds.
+  expect_success({"run", "boxed.exr", "dither", "-o", "codes.exr", "--depth", "float"});
+  expect_success({"run", "boxed.exr", "dither", "-o", "codes.png"});
+  const Picture codes = load(path("codes.exr")), stored = load(path("codes.png"));
+  ASSERT_EQ(codes.values.size(), stored.values.size());
+  for (size_t i = 0; i < codes.values.size(); ++i) {
+    const double v = static_cast<double>(codes.values[i]);
+    const double encoded = v <= .0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - .055;  // IEC 61966-2-1
+    EXPECT_NEAR(encoded * 255, static_cast<double>(stored.values[i]) * 255, 1e-3);
+  }
   // A whole picture takes memory, which the plan counts; it says how much would do.
   expect_refusal({"compare", "boxed.exr", "--ref", "oled.exr", "-m", "display", "--max-memory", "140M"},
                  {"--max-memory", "would do"});

@@ -18,7 +18,7 @@ class Words : public Cli {
 TEST_F(Words, TellsItsVersion) { expect_words({"--version"}, {"triad", TRIAD_VERSION}); }
 
 TEST_F(Words, ListsItsStages) {
-  expect_words({"list"}, {"platt", "subpixel", "box", "crop", "error", "display", "panel", "eye"});
+  expect_words({"list"}, {"platt", "subpixel", "box", "crop", "error", "display", "panel", "eye", "dither"});
 }
 
 TEST_F(Words, ListsLayoutsWithTheirCellsAndTiles) {
