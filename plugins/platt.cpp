@@ -288,7 +288,7 @@ struct Platt {
     // As the metric display measures, lambda's share included, on the ring of the picture and its surroundings.
     call.report("rmse", std::sqrt(all.best / rows));
     call.report("rmse-displaced-box", std::sqrt(all.start / rows));
-    if (!all.converged && tolerance > 0)
+    if (!all.converged && tolerance > 0 && iterations > 0)
       call.warn("the gap is " + std::to_string(all.gap()) + " after " + std::to_string(all.iterations) +
                 " iterations, above the tolerance of " + std::to_string(tolerance) + (plane_ ? "" : " in some rows") +
                 "; more iterations would close it");
