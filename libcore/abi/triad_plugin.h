@@ -210,10 +210,10 @@ typedef struct {
   /* out is NULL before the last pass, and where no map is wanted. Every pixel of out must be written. */
   triad_status (*strip)(void* inst, triad_call*, int32_t pass, triad_rect r, const triad_strip* const* in,
                         const triad_strip* out, void* state);
-  /* into += from, called with ascending y. May be NULL when state_bytes is 0. Not called for a filter's last
-   * pass, which gives a picture and nothing else. */
+  /* into += from, called with ascending y. May be NULL when state_bytes is 0. In a filter's last pass the states of
+   * rows that are made a second time, for another strip, are left out (since 1.1; 1.0 merged none of that pass). */
   triad_status (*merge)(const void* inst, triad_call*, int32_t pass, void* into, const void* from);
-  /* scores: n_scores doubles, in the last pass of a metric; else NULL. May be NULL for a one-pass filter. */
+  /* Once a pass, after its last strip. scores: n_scores doubles, in the last pass of a metric; else NULL. May be NULL for a one-pass filter. */
   triad_status (*end_pass)(void* inst, triad_call*, int32_t pass, const void* state, double* scores);
 } triad_stage;
 

@@ -111,14 +111,13 @@ Sums advance_certified(size_t n, const Real* x, const Real* box, Real penalty, R
 }
 
 template <class Real>
-void reflect(size_t n, const Real* box, Real rho, const Real* state, Real* next) {
-  for (size_t i = 0; i < n; ++i) next[i] = rho * (2 * clamped(state[i], -box[i], 1 - box[i]) - state[i]);
+void project(size_t n, const Real* box, const Real* state, Real* z) {
+  for (size_t i = 0; i < n; ++i) z[i] = clamped(state[i], -box[i], 1 - box[i]);
 }
 
 template <class Real>
-void displayable(size_t n, const Real* box, const Real* state, Real* drives) {
-  for (size_t i = 0; i < n; ++i)
-    drives[i] = clamped(box[i] + clamped(state[i], -box[i], 1 - box[i]), Real{0}, Real{1});
+void displayable(size_t n, const Real* box, const Real* z, Real* drives) {
+  for (size_t i = 0; i < n; ++i) drives[i] = clamped(box[i] + z[i], Real{0}, Real{1});
 }
 
 template <class Real>
@@ -232,7 +231,7 @@ bool certify(SolveResult& result, double quadratic_x, double quadratic_d, const 
 #define TRIAD_DESCENT(Real)                                                                                     \
   template void advance(size_t, const Real*, const Real*, Real, Real*, Real*);                                  \
   template Sums advance_certified(size_t, const Real*, const Real*, Real, Real, Real*, Real*);                  \
-  template void reflect(size_t, const Real*, Real, const Real*, Real*);                                         \
+  template void project(size_t, const Real*, const Real*, Real*);                                               \
   template void displayable(size_t, const Real*, const Real*, Real*);                                           \
   template void apply(int, size_t, const Real*, size_t, const std::complex<Real>*, size_t, std::complex<Real>*, \
                       size_t);                                                                                  \

@@ -110,8 +110,14 @@ void DriveOrder::pixels(const Real* drives, ptrdiff_t stride, int tiles, int pix
       const Real* white = white_[pixel] < 0 ? nullptr : drives + white_[pixel] * stride;
       Sample* to = rgb + 3 * x + c;
       const ptrdiff_t step = 3 * static_cast<ptrdiff_t>(tile_x_);
-      for (int t = 0; t < tiles; ++t)
-        to[t * step] = static_cast<Sample>((from ? from[t] : Real{0}) + (white ? white[t] : Real{0}));
+      if (white) {  // what rounding puts above 1 is 1
+        for (int t = 0; t < tiles; ++t) {
+          const Real sum = (from ? from[t] : Real{0}) + white[t];
+          to[t * step] = static_cast<Sample>(sum > 1 && sum < 1 + Real{1e-5f} ? Real{1} : sum);
+        }
+      } else {
+        for (int t = 0; t < tiles; ++t) to[t * step] = static_cast<Sample>(from ? from[t] : Real{0});
+      }
     }
 }
 

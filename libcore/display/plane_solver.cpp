@@ -6,6 +6,7 @@
 #include <triad/base/parallel.hpp>
 #include <triad/display/constrained.hpp>
 #include <triad/display/internal/descent.hpp>
+#include <triad/display/internal/drive_steps.hpp>
 #include <triad/display/internal/ring_rows.hpp>
 #include <triad/display/internal/tile_equations.hpp>
 #include <triad/numeric/fft.hpp>
@@ -44,13 +45,14 @@ struct PlaneSolver<Real>::Impl {
   DisplacedBox box;
   DriveOrder order;
   RingRows<Real> ring;
+  descent::DriveSteps<Real> steps;
   RealFft<Real> tile_row, cell_row;
   ColumnFft<Real> tile_columns, cell_columns;
   int E, Tx, Ty, Mx, Nx, Ny, Fx;  // Mx and Fx: frequencies of half a row of tiles, of cells
   size_t row, plane;              // drives from row to row, and from emitter to emitter
   size_t spectrum_row, spectrum_plane, cells_spectrum_row;
   size_t table;  // of a packed number, from one to the next
-  std::vector<Real> share, rho, penalty, floor;
+  std::vector<Real> share;
 
   Impl(const Layout& layout, const Observer& observer, int width_px, int height_px, int origin_x, int origin_y,
        Edge edge, const SolveOptions& asked)
@@ -61,6 +63,7 @@ struct PlaneSolver<Real>::Impl {
         box(layout),
         order(layout),
         ring(x, box.left(), box.right()),
+        steps(equations, asked.filter.lambda),
         tile_row(static_cast<size_t>(x.tiles)),
         cell_row(static_cast<size_t>(x.length_cells())),
         tile_columns(static_cast<size_t>(y.tiles), kColumns),
@@ -74,25 +77,18 @@ struct PlaneSolver<Real>::Impl {
         Fx(Nx / 2 + 1),
         row(aligned_stride<Real>(static_cast<size_t>(Tx))),
         plane(row * static_cast<size_t>(Ty)),
-        spectrum_row(aligned_stride<Complex>(static_cast<size_t>(Mx))),
+        spectrum_row(static_cast<size_t>((Mx + kColumns - 1) / kColumns * kColumns)),
         spectrum_plane(spectrum_row * static_cast<size_t>(Ty)),
         cells_spectrum_row(aligned_stride<Complex>(static_cast<size_t>(Fx))),
         table(spectrum_plane),
-        share(descent::half_shares<Real>(Tx)) {
-    const double lambda = options.filter.lambda;
-    for (int e = 0; e < E; ++e) {
-      const double D = equations.regulariser(e);
-      penalty.push_back(static_cast<Real>(descent::penalty(lambda) * D));
-      rho.push_back(static_cast<Real>(descent::penalty(lambda) * D / equations.tiles()));
-      floor.push_back(static_cast<Real>(lambda * lambda * D));
-    }
-  }
+        share(descent::half_shares<Real>(Tx)) {}
 
   // The arrays of a solve. The cells' spectrum is needed before the tables are made, and shares their place.
   struct Arrays {
     Real *box, *state, *best;
     Complex *spectrum, *start, *cells;
     Real *K, *A;
+    uint8_t* pieces;
     size_t bytes;
     Arrays(const Impl& s, void* workspace) {
       Carver from(workspace);
@@ -102,6 +98,7 @@ struct PlaneSolver<Real>::Impl {
       best = from.take<Real>(E * s.plane);
       spectrum = from.take<Complex>(E * s.spectrum_plane);
       start = from.take<Complex>(E * s.spectrum_plane);
+      pieces = from.take<uint8_t>(static_cast<size_t>(s.steps.whites()) * s.plane);
       const size_t shared = from.used();
       cells = from.take<Complex>(s.cells_spectrum_row * static_cast<size_t>(s.Ny));
       const size_t first = from.used();
@@ -195,32 +192,49 @@ class Solve {
   SolveResult descend(double start, const std::function<void(double)>& progress) {
     SolveResult result;
     result.start = result.best = start;
-    result.converged = start <= descent::negligible<Real>();
+    const double T = s_.equations.tiles();
     parallel_for(s_.Ty * s_.E, [&](int64_t i) {
       std::fill_n(a_.state + static_cast<size_t>(i) * s_.row, s_.row, Real{0});
       std::fill_n(a_.best + static_cast<size_t>(i) * s_.row, s_.row, Real{0});
     });
-    const double T = s_.equations.tiles();
-    for (int k = 1; k <= s_.options.iterations && !result.converged; ++k) {
-      if (progress) progress(static_cast<double>(k) / (s_.options.iterations + 1));
-      const bool check = k % descent::kCheckEvery == 0 || k == s_.options.iterations;
-      const double form_x = inner_step(k == 1, check) * T;
-      result.iterations = k;
-      if (!check) {
-        rows([&](size_t at, int e, const Real* x, Real* next) {
-          const auto i = static_cast<size_t>(e);
-          descent::advance(static_cast<size_t>(s_.Tx), x, a_.box + at, s_.rho[i], a_.state + at, next);
+    descent::Schedule schedule(s_.steps.stages(), s_.options, result, descent::negligible<Real>());
+    while (schedule.next()) {
+      if (progress) progress(schedule.done());
+      const descent::Stage stage = schedule.stage();
+      if (schedule.first_of_stage() && !schedule.first()) {
+        if (stage == descent::Stage::kFixed)
+          rows(false, [&](int, const auto& row) {
+            s_.steps.choose_pieces(row);
+            return false;
+          });
+        reflect(stage);
+      }
+      const double form_x = inner_step(schedule.first(), schedule.check()) * T;
+      if (!schedule.check()) {
+        rows(true, [&](int, const auto& row) {
+          s_.steps.advance(stage, row);
+          return true;
         });
         continue;
       }
-      const descent::Sums sums = certified_rows();
-      if (descent::certify(result, form_x, difference_form() / T, sums, T, s_.options.tolerance))
-        parallel_for(s_.Ty * s_.E, [&](int64_t i) {
-          std::copy_n(a_.state + static_cast<size_t>(i) * s_.row, s_.row, a_.best + static_cast<size_t>(i) * s_.row);
+      std::vector<descent::Sums> parts(static_cast<size_t>(s_.Ty));
+      rows(true, [&](int ty, const auto& row) {
+        parts[static_cast<size_t>(ty)] = s_.steps.advance_certified(stage, row);
+        return true;
+      });
+      descent::Sums sums;
+      for (const auto& part : parts) sums.add(part);
+      if (schedule.certify(form_x, difference_form() / T, sums, T))
+        rows(false, [&](int ty, const auto& row) {
+          s_.steps.project(stage, row);
+          for (int e = 0; e < s_.E; ++e)
+            std::copy_n(row.next + static_cast<size_t>(e) * row.next_stride, s_.row,
+                        a_.best + static_cast<size_t>(e) * s_.plane + static_cast<size_t>(ty) * s_.row);
+          return false;
         });
-      if (k < s_.options.iterations && !result.converged) reflect_rows();
+      reflect(stage);
     }
-    return result;
+    return schedule.result();
   }
 
   template <class Out>
@@ -234,12 +248,10 @@ class Solve {
                              values.data() + static_cast<size_t>(e) * s_.row);
       }
       for (int p = 0; p < s_.y.tile_px; ++p) {
-        const int py = static_cast<int>(ty) * s_.y.tile_px + p - s_.y.before_px;
-        if (py < 0 || py >= s_.y.size_px) continue;
+        const int py = s_.y.picture_px(static_cast<int>(ty) * s_.y.tile_px + p);
+        if (py < 0) continue;
         s_.order.pixels(values.data(), static_cast<ptrdiff_t>(s_.row), s_.Tx, p, pixels.data());
-        const Real* from = pixels.data() + 3 * static_cast<ptrdiff_t>(s_.x.before_px);
-        Out* to = drives + py * stride;
-        for (ptrdiff_t i = 0; i < 3 * static_cast<ptrdiff_t>(s_.x.size_px); ++i) to[i] = static_cast<Out>(from[i]);
+        s_.x.cut(pixels.data(), drives + py * stride);
       }
     });
   }
@@ -435,30 +447,38 @@ class Solve {
     return sum;
   }
 
-  // body(at, e, x, next) turns a row of x into what is transformed next.
+  // body(ty, row) for each row of tiles. row.x is what `spectrum` holds, transformed back, if asked; where body
+  // returns true, row.next is transformed and stored there.
   template <class Body>
-  void rows(const Body& body) {
+  void rows(bool back, const Body& body) {
     parallel_for(s_.Ty, [&](int64_t ty) {
-      const auto lines = tile_lines_.take([&] { return AlignedBuffer<Real>(2 * s_.row); });
-      Real *x = lines->data(), *next = x + s_.row;
-      for (int e = 0; e < s_.E; ++e) {
-        Complex* spectrum = spectrum_at(a_.spectrum, e, ty);
-        s_.tile_row.inverse(spectrum, x);
-        body(static_cast<size_t>(e) * s_.plane + static_cast<size_t>(ty) * s_.row, e, x, next);
-        s_.tile_row.forward(next, spectrum);
-      }
+      const auto lines =
+          tile_lines_.take([&] { return AlignedBuffer<Real>(2 * s_.row * static_cast<size_t>(s_.E)); });
+      Real *x = lines->data(), *next = x + s_.row * static_cast<size_t>(s_.E);
+      const size_t at = static_cast<size_t>(ty) * s_.row;
+      if (back)
+        for (int e = 0; e < s_.E; ++e)
+          s_.tile_row.inverse(spectrum_at(a_.spectrum, e, ty), x + static_cast<size_t>(e) * s_.row);
+      const descent::TileRow<Real> row{static_cast<size_t>(s_.Tx),
+                                       x,
+                                       s_.row,
+                                       a_.box + at,
+                                       a_.state + at,
+                                       s_.plane,
+                                       next,
+                                       s_.row,
+                                       a_.pieces + at,
+                                       s_.plane};
+      if (!body(static_cast<int>(ty), row)) return;
+      for (int e = 0; e < s_.E; ++e)
+        s_.tile_row.forward(next + static_cast<size_t>(e) * s_.row, spectrum_at(a_.spectrum, e, ty));
     });
   }
-  descent::Sums certified_rows() {
-    std::vector<descent::Sums> parts(static_cast<size_t>(s_.Ty));
-    rows([&](size_t at, int e, const Real* x, Real* next) {
-      const auto i = static_cast<size_t>(e);
-      parts[at % s_.plane / s_.row].add(descent::advance_certified(static_cast<size_t>(s_.Tx), x, a_.box + at,
-                                                                   s_.penalty[i], s_.floor[i], a_.state + at, next));
+  void reflect(descent::Stage stage) {
+    rows(false, [&](int, const auto& row) {
+      s_.steps.reflect(stage, row);
+      return true;
     });
-    descent::Sums sums;
-    for (const auto& part : parts) sums.add(part);
-    return sums;
   }
   // The sum of d^H A d for the difference that `spectrum` holds, transformed along x.
   double difference_form() {
@@ -476,18 +496,6 @@ class Solve {
     for (const double f : forms) sum += f;
     return sum;
   }
-  void reflect_rows() {
-    parallel_for(s_.Ty, [&](int64_t ty) {
-      const auto line = tile_lines_.take([&] { return AlignedBuffer<Real>(2 * s_.row); });
-      for (int e = 0; e < s_.E; ++e) {
-        const size_t at = static_cast<size_t>(e) * s_.plane + static_cast<size_t>(ty) * s_.row;
-        descent::reflect(static_cast<size_t>(s_.Tx), a_.box + at, s_.rho[static_cast<size_t>(e)], a_.state + at,
-                         line->data());
-        s_.tile_row.forward(line->data(), spectrum_at(a_.spectrum, e, ty));
-      }
-    });
-  }
-
   const Impl& s_;
   typename Impl::Arrays a_;
   const Sample* cells_;

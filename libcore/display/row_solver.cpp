@@ -4,6 +4,7 @@
 #include <triad/base/error.hpp>
 #include <triad/display/constrained.hpp>
 #include <triad/display/internal/descent.hpp>
+#include <triad/display/internal/drive_steps.hpp>
 #include <triad/display/internal/ring_rows.hpp>
 #include <triad/display/internal/tile_equations.hpp>
 #include <triad/numeric/fft.hpp>
@@ -27,11 +28,12 @@ struct RowSolver<Real>::Impl {
   DisplacedBox box;
   DriveOrder order;
   RingRows<Real> ring;
+  descent::DriveSteps<Real> steps;
   RealFft<Real> tiles_fft, cells_fft;
   int E, T, S, M;          // M = T / 2 + 1 frequencies
   size_t stride, spectra;  // from plane to plane of T drives, of M frequencies
   // Tables for all m: [alias][e][m], [alias][channel][m], [alias][m], [packed][m].
-  std::vector<Real> light_re, light_im, weight, keep, K, A, P, share, rho, penalty, floor;
+  std::vector<Real> light_re, light_im, weight, keep, K, A, P, share;
 
   Impl(const Layout& layout, const Observer& observer, int width_px, int origin_px, Edge edge,
        const SolveOptions& asked)
@@ -41,6 +43,7 @@ struct RowSolver<Real>::Impl {
         box(layout),
         order(layout),
         ring(axis, box.left(), box.right()),
+        steps(equations, asked.filter.lambda),
         tiles_fft(static_cast<size_t>(axis.tiles)),
         cells_fft(static_cast<size_t>(axis.length_cells())),
         E(equations.emitters()),
@@ -69,11 +72,6 @@ struct RowSolver<Real>::Impl {
       for (int e = 0; e < E; ++e) P.push_back(static_cast<Real>(equations.weight(c, e)));
     share = descent::half_shares<Real>(T);
     const double lambda = options.filter.lambda;
-    for (int e = 0; e < E; ++e) {
-      penalty.push_back(static_cast<Real>(descent::penalty(lambda) * equations.regulariser(e)));
-      rho.push_back(static_cast<Real>(descent::penalty(lambda) * equations.regulariser(e) / T));
-      floor.push_back(static_cast<Real>(lambda * lambda * equations.regulariser(e)));
-    }
     std::vector<double> packed(HermitianTable::size(E) * M);
     equations.gram(0, M, 0, packed.data(), M);
     equations.add_diagonal(lambda * lambda, M, packed.data(), M);
@@ -86,20 +84,23 @@ struct RowSolver<Real>::Impl {
 
 template <class Real>
 struct RowSolver<Real>::Workspace::Buffers {
-  AlignedBuffer<Real> cells, plane, box, state, next, best, energy;
+  AlignedBuffer<Real> cells, plane, x, box, state, next, best, energy;
   AlignedBuffer<std::complex<Real>> fine[3], spectrum, start;
+  std::vector<uint8_t> pieces;
   std::vector<Real> box_re, box_im, b_re, b_im, target_re, target_im, pixels;
 
   explicit Buffers(const Impl& s)
       : cells(s.ring.floats()),
         plane(s.cells_fft.size()),
-        box(s.stride * s.E),
+        x(s.stride * s.E),
+        box(x.size()),
         state(box.size()),
         next(box.size()),
         best(box.size()),
         energy(static_cast<size_t>(s.M)),
         spectrum(s.spectra * s.E),
         start(s.spectra * s.E),
+        pieces(static_cast<size_t>(s.steps.whites()) * s.T),
         box_re(static_cast<size_t>(s.E) * s.M),
         box_im(box_re.size()),
         b_re(box_re.size()),
@@ -210,46 +211,58 @@ SolveResult RowSolver<Real>::solve(const Sample* wide, Sample* drives, Workspace
   std::fill(w.state.begin(), w.state.end(), Real{0});
   std::fill(w.best.begin(), w.best.end(), Real{0});
 
-  const size_t T = static_cast<size_t>(s.T), M = static_cast<size_t>(s.M);
+  const size_t M = static_cast<size_t>(s.M);
   const auto plane = [&](AlignedBuffer<Real>& of, int e) { return of.data() + static_cast<size_t>(e) * s.stride; };
   const auto spectrum = [&](int e) { return w.spectrum.data() + static_cast<size_t>(e) * s.spectra; };
+  const auto transform = [&] {
+    for (int e = 0; e < s.E; ++e) s.tiles_fft.forward(plane(w.next, e), spectrum(e));
+  };
   const auto form = [&] {
     return descent::quadratic(s.E, M, s.A.data(), M, w.spectrum.data(), s.spectra, s.share.data());
   };
-  result.converged = result.start <= descent::negligible<Real>();
-  for (int k = 1; k <= s.options.iterations && !result.converged; ++k) {
-    if (k == 1) {
+  descent::TileRow<Real> row{static_cast<size_t>(s.T),
+                             w.x.data(),
+                             s.stride,
+                             w.box.data(),
+                             w.state.data(),
+                             s.stride,
+                             w.next.data(),
+                             s.stride,
+                             w.pieces.data(),
+                             static_cast<size_t>(s.T)};
+  descent::Schedule schedule(s.steps.stages(), s.options, result, descent::negligible<Real>());
+  while (schedule.next()) {
+    const descent::Stage stage = schedule.stage();
+    if (schedule.first_of_stage() && !schedule.first()) {
+      if (stage == descent::Stage::kFixed) s.steps.choose_pieces(row);
+      s.steps.reflect(stage, row);
+    }
+    if (schedule.first()) {
       std::copy(w.start.begin(), w.start.end(), w.spectrum.begin());
     } else {
-      for (int e = 0; e < s.E; ++e) s.tiles_fft.forward(plane(w.next, e), spectrum(e));
+      transform();
       descent::apply(s.E, M, s.K.data(), M, w.start.data(), s.spectra, w.spectrum.data(), s.spectra);
     }
-    const bool check = k % descent::kCheckEvery == 0 || k == s.options.iterations;
-    const double form_x = check ? form() * s.T : 0;
-    descent::Sums sums;
-    for (int e = 0; e < s.E; ++e) {
-      s.tiles_fft.inverse(spectrum(e), w.plane.data());
-      const auto i = static_cast<size_t>(e);
-      if (check) {
-        sums.add(descent::advance_certified(T, w.plane.data(), plane(w.box, e), s.penalty[i], s.floor[i],
-                                            plane(w.state, e), plane(w.next, e)));
-      } else {
-        descent::advance(T, w.plane.data(), plane(w.box, e), s.rho[i], plane(w.state, e), plane(w.next, e));
-      }
+    const double form_x = schedule.check() ? form() * s.T : 0;
+    for (int e = 0; e < s.E; ++e) s.tiles_fft.inverse(spectrum(e), plane(w.x, e));
+    if (!schedule.check()) {
+      s.steps.advance(stage, row);
+      continue;
     }
-    result.iterations = k;
-    if (!check) continue;
-    for (int e = 0; e < s.E; ++e) s.tiles_fft.forward(plane(w.next, e), spectrum(e));
-    if (descent::certify(result, form_x, form() / s.T, sums, s.T, s.options.tolerance))
-      std::copy(w.state.begin(), w.state.end(), w.best.begin());
-    for (int e = 0; e < s.E; ++e)
-      descent::reflect(T, plane(w.box, e), s.rho[static_cast<size_t>(e)], plane(w.state, e), plane(w.next, e));
+    const descent::Sums sums = s.steps.advance_certified(stage, row);
+    transform();
+    if (schedule.certify(form_x, form() / s.T, sums, s.T)) {
+      s.steps.project(stage, row);
+      std::copy(w.next.begin(), w.next.end(), w.best.begin());
+    }
+    s.steps.reflect(stage, row);
   }
+  result = schedule.result();
 
-  for (int e = 0; e < s.E; ++e) descent::displayable(T, plane(w.box, e), plane(w.best, e), plane(w.next, e));
+  for (int e = 0; e < s.E; ++e)
+    descent::displayable(static_cast<size_t>(s.T), plane(w.box, e), plane(w.best, e), plane(w.next, e));
   s.order.pixels(w.next.data(), static_cast<ptrdiff_t>(s.stride), s.T, 0, w.pixels.data());
-  const Real* first = w.pixels.data() + 3 * static_cast<size_t>(s.axis.before_px);
-  for (size_t i = 0; i < 3 * static_cast<size_t>(s.axis.size_px); ++i) drives[i] = static_cast<Sample>(first[i]);
+  s.axis.cut(w.pixels.data(), drives);
   return result;
 }
 

@@ -3,6 +3,8 @@
 // that transforms like, with the picture's surroundings in it.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <triad/display/layout.hpp>
 #include <triad/display/row_filter.hpp>
 
@@ -23,6 +25,21 @@ struct TorusAxis {
   // its mirror image up to half the gap, then the mirror image of what comes before its start.
   int pixel_at(int ring_px) const { return at(ring_px, 1); }
   int cell_at(int ring_cell) const { return at(ring_cell, cells); }
+  // The pixel of the picture itself that lies at ring pixel r; -1 where there is none.
+  int picture_px(int ring_px) const {
+    const int x = (ring_px - before_px + length_px()) % length_px();
+    return x < size_px ? x : -1;
+  }
+  // The picture's pixels out of the ring's: interleaved RGB, length_px() pixels to size_px.
+  template <class Real, class Sample>
+  void cut(const Real* ring, Sample* picture) const {
+    const int straight = std::min(size_px, length_px() - before_px);
+    for (ptrdiff_t i = 0; i < 3 * static_cast<ptrdiff_t>(size_px); ++i) {
+      const ptrdiff_t from = i + 3 * static_cast<ptrdiff_t>(before_px);
+      picture[i] =
+          static_cast<Sample>(ring[i < 3 * straight ? from : from - 3 * static_cast<ptrdiff_t>(length_px())]);
+    }
+  }
 
  private:
   int at(int r, int scale) const;

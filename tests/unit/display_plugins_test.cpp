@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <triad/display/constrained.hpp>
 #include <vector>
 
 #include "display_reference.hpp"
+#include "layouts.hpp"
 #include "stage_runner.hpp"
 
 using stage_runner::header;
@@ -66,10 +68,12 @@ TEST(PlattPlugin, MatchesTheDenseSystemWithEveryEngine) {
 
 TEST(PlattPlugin, StripsDoNotChangeABit) {
   const Picture wide = noise(120, 11, 3, 8);
-  for (const char* engine : {"auto", "fft", "fir"}) {
-    const auto whole = run("platt", {{"engine", engine}}, {&wide}, 11);
-    for (const int rows : {1, 4})
-      EXPECT_EQ(run("platt", {{"engine", engine}}, {&wide}, rows).out.pixels, whole.out.pixels);
+  for (const ParamTexts& parameters : {ParamTexts{},
+                                       {{"range", "clip"}, {"engine", "auto"}},
+                                       {{"range", "clip"}, {"engine", "fft"}},
+                                       {{"range", "clip"}, {"engine", "fir"}}}) {
+    const auto whole = run("platt", parameters, {&wide}, 11);
+    for (const int rows : {1, 4}) EXPECT_EQ(run("platt", parameters, {&wide}, rows).out.pixels, whole.out.pixels);
   }
 }
 
@@ -82,7 +86,7 @@ TEST(PlattPlugin, ClampsAndCounts) {
     v = std::clamp(v, 0.f, 1.f);
   }
   for (const char* engine : {"fft", "fir"}) {
-    const auto got = run("platt", {{"engine", engine}}, {&wild});
+    const auto got = run("platt", {{"engine", engine}, {"range", "clip"}}, {&wild});
     const auto free = run("platt", {{"engine", engine}, {"range", "unbounded"}}, {&tame});
     EXPECT_EQ(got.reports.at("clamped-inputs"), outside);
     double clipped = 0;
@@ -97,15 +101,17 @@ TEST(PlattPlugin, ClampsAndCounts) {
 
 TEST(PlattPlugin, ChoosesTapsForATruncationAndTheEngineByFormula) {
   const Picture wide = noise(1200, 1, 3, 6);
-  const auto chosen = run("platt", {}, {&wide}).reports;
+  const auto chosen = run("platt", {{"range", "clip"}}, {&wide}).reports;
   ASSERT_TRUE(chosen.contains("taps"));  // the default is a convolution at this width
   EXPECT_LE(chosen.at("truncation"), 1e-3);
-  EXPECT_EQ(run("platt", {{"engine", "fir"}, {"taps", "31"}}, {&wide}).reports.at("taps"), 31);
+  EXPECT_EQ(run("platt", {{"range", "clip"}, {"engine", "fir"}, {"taps", "31"}}, {&wide}).reports.at("taps"), 31);
   // Without regularisation kernels are long: transforms it is.
-  const auto far = run("platt", {{"lambda", "0"}, {"csf", "kolpatzik-bouman"}}, {&wide});
+  const auto far = run("platt", {{"range", "clip"}, {"lambda", "0"}, {"csf", "kolpatzik-bouman"}}, {&wide});
   EXPECT_FALSE(far.reports.contains("taps"));
-  EXPECT_EQ(far.out.pixels,
-            run("platt", {{"lambda", "0"}, {"csf", "kolpatzik-bouman"}, {"engine", "fft"}}, {&wide}).out.pixels);
+  EXPECT_EQ(
+      far.out.pixels,
+      run("platt", {{"range", "clip"}, {"lambda", "0"}, {"csf", "kolpatzik-bouman"}, {"engine", "fft"}}, {&wide})
+          .out.pixels);
 }
 
 TEST(PlattPlugin, RefusesWithAClearLine) {
@@ -122,6 +128,76 @@ TEST(PlattPlugin, RefusesWithAClearLine) {
   EXPECT_THAT(error({{"origin", ".5,0"}}, 300, 3), HasSubstr("whole numbers"));
   EXPECT_THAT(error({{"origin", "1"}}, 300, 3), HasSubstr("two whole numbers"));
   EXPECT_EQ(error({{"origin", "7,-2"}}, 300, 3), "nothing was thrown");
+}
+
+TEST(PlattPlugin, OptimumIsTheSolversAndSaysHowGoodItIs) {
+  const Picture wide = noise(3 * 40, 3, 3, 9, -.5f, 1.5f);
+  const triad::Layout panel = triad::load_layout(TRIAD_SOURCE_DIR "/data/layouts/rgb.toml");
+  std::vector<double> cells(wide.pixels.begin(), wide.pixels.end());
+  double outside = 0;
+  for (const double v : cells) outside += v < 0 || v > 1;
+  {
+    const triad::RowSolver<double> solver(panel, reference::observer(40), 40, 0, triad::Edge::kMirror, {});
+    triad::RowSolver<double>::Workspace workspace(solver);
+    const auto got = run("platt", {{"precision", "double"}}, {&wide}, 2);
+    triad::SolveResult sum;
+    for (int y = 0; y < 3; ++y) {
+      std::vector<double> drives(120);
+      sum.add(solver.solve(cells.data() + 360 * y, drives.data(), workspace));
+      for (int i = 0; i < 120; ++i)
+        EXPECT_EQ(got.out.pixels[static_cast<size_t>(120 * y + i)], static_cast<float>(drives[i]));
+    }
+    EXPECT_DOUBLE_EQ(got.reports.at("gap"), sum.gap());
+    EXPECT_EQ(got.reports.at("iterations"), sum.iterations);
+    EXPECT_EQ(got.reports.at("converged"), 1);
+    EXPECT_EQ(got.reports.at("clamped-inputs"), outside);
+    EXPECT_DOUBLE_EQ(got.reports.at("rmse"), std::sqrt(sum.best / 3));
+    EXPECT_DOUBLE_EQ(got.reports.at("rmse-displaced-box"), std::sqrt(sum.start / 3));
+  }
+  // No iteration is the displaced box, and a gap that was asked for in vain is told.
+  const auto start = run("platt", {{"iterations", "0"}}, {&wide});
+  EXPECT_EQ(start.out.pixels, run("displaced-box", {}, {&wide}).out.pixels);
+  EXPECT_EQ(start.reports.at("gap"), 1);
+  EXPECT_EQ(start.reports.at("converged"), 0);
+}
+
+TEST(PlattPlugin, ModesAndParametersThatDoNotGoTogetherAreRefused) {
+  const Picture wide = noise(30, 2, 3, 1), square{header(8, 6, 2, 2), std::vector<float>(144)};
+  const auto error = [](const ParamTexts& parameters, const Picture& picture) {
+    return message_of([&] { run("platt", parameters, {&picture}, picture.image.height); });
+  };
+  EXPECT_THAT(error({{"taps", "31"}}, wide), HasSubstr("taps is of the linear filter: it needs range=clip"));
+  EXPECT_THAT(error({{"engine", "fir"}}, wide), HasSubstr("engine is of the linear filter"));
+  EXPECT_THAT(error({{"layout", "qd-oled"}, {"mode", "rows"}}, square), HasSubstr("mode=plane solves it"));
+  EXPECT_THAT(error({{"layout", "qd-oled"}, {"range", "clip"}}, square),
+              HasSubstr("range=constrained works on qd-oled"));
+  EXPECT_THAT(error({{"layout", "qd-oled"}}, wide), HasSubstr("has 3x1 cells a pixel, and layout qd-oled needs 2x2"));
+  EXPECT_EQ(error({{"layout", "qd-oled"}}, square), "nothing was thrown");
+}
+
+TEST(DisplacedBoxPlugin, IsTheSolversStartOnEveryLayoutHoweverItIsCut) {
+  for (const triad::Layout& panel : reference::all_layouts())
+    for (const char* edge : {"mirror", "wrap"})
+      for (const char* origin : {"0,0", "1,1"}) {
+        // Whole tiles where the ring is the picture.
+        const int width = 6, height = 4;
+        Picture wide{header(width * panel.cells_x, height * panel.cells_y, panel.cells_x, panel.cells_y), {}};
+        for (const double v : reference::random_cells(width * height * panel.pixel_cells(), 5))
+          wide.pixels.push_back(static_cast<float>(2 * v - .5));
+        const std::string path = TRIAD_SOURCE_DIR "/data/layouts/" + panel.name + ".toml";
+        const ParamTexts parameters{{"layout", path}, {"edge", edge}, {"origin", origin}};
+        ParamTexts start = parameters;
+        start["iterations"] = "0";
+        start["mode"] = "plane";
+        const auto expected = run("platt", start, {&wide}, height).out.pixels;
+        for (const int rows : {1, 3, 4}) {
+          const auto got = run("displaced-box", parameters, {&wide}, rows).out;
+          EXPECT_EQ(got.image.width, width);
+          EXPECT_EQ(got.image.height, height);
+          for (size_t i = 0; i < expected.size(); ++i)
+            ASSERT_NEAR(got.pixels[i], expected[i], 1e-7) << panel.name << edge << origin << rows << " at " << i;
+        }
+      }
 }
 
 TEST(SubpixelPlugin, TakesEachChannelFromItsCell) {
@@ -196,7 +272,8 @@ TEST(DisplayPlugin, RefusesWithAClearLine) {
   EXPECT_THAT(error({}, test), HasSubstr("40x4 and the reference 40x4"));
   EXPECT_THAT(error({{"layout", "qd-oled"}}, wide),
               HasSubstr("reference has 3x1 cells a pixel, and layout qd-oled needs 2x2"));
-  EXPECT_THAT(error({{"mode", "rows"}, {"layout", "vrgb"}}, noise(40, 12, 1, 2)), HasSubstr("vrgb' has no independent rows: it needs mode=plane"));
+  EXPECT_THAT(error({{"mode", "rows"}, {"layout", "vrgb"}}, noise(40, 12, 1, 2)),
+              HasSubstr("vrgb' has no independent rows: it needs mode=plane"));
   EXPECT_THAT(error({{"origin", "1,.5"}}, wide), HasSubstr("whole numbers"));
   EXPECT_THAT(error({}, other), HasSubstr("different primaries"));
   EXPECT_THAT(error({{"border", "20"}}, wide), HasSubstr("border=20 leaves nothing of a width of 40: at most 19"));

@@ -12,18 +12,16 @@
 #include <triad/numeric/plane_blur.hpp>
 #include <vector>
 
+#include "layouts.hpp"
 #include "panel_reference.hpp"
 
 using triad::Dither;
 using triad::DitherOptions;
 using triad::PanelDither;
 namespace reference = triad::reference;
+using reference::layout;
 
 namespace {
-
-triad::Layout layout(const std::string& name) {
-  return triad::load_layout(TRIAD_SOURCE_DIR "/data/layouts/" + name + ".toml");
-}
 
 std::vector<float> round_picture(const triad::Layout& panel, const std::vector<float>& drives, int width, double ppd,
                                  const DitherOptions& options, int bits = 8) {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <numeric>
 #include <random>
 #include <triad/base/error.hpp>
@@ -14,6 +13,7 @@
 #include <triad/display/s_cielab.hpp>
 #include <vector>
 
+#include "layouts.hpp"
 #include "panel_reference.hpp"
 
 using triad::DisplayError;
@@ -21,20 +21,9 @@ using triad::Edge;
 using triad::PanelTorus;
 using triad::Range;
 namespace reference = triad::reference;
+using reference::layout;
 
 namespace {
-
-const std::vector<std::string>& layouts() {
-  static const std::vector<std::string> names = [] {
-    setenv("TRIAD_DATA", TRIAD_SOURCE_DIR "/data", 1);
-    return triad::layout_names();
-  }();
-  return names;
-}
-
-triad::Layout layout(const std::string& name) {
-  return triad::load_layout(TRIAD_SOURCE_DIR "/data/layouts/" + name + ".toml");
-}
 
 // Values from -.2 to 1.2.
 std::vector<float> random_picture(int pixels, unsigned seed) {
@@ -55,8 +44,7 @@ std::vector<double> energy_of(const DisplayError& measure, const std::vector<flo
 }  // namespace
 
 TEST(PlaneErrorTest, MatchesTheSumsOfItsDefinitionOnEveryLayout) {
-  ASSERT_GE(layouts().size(), 9u);
-  for (const std::string& name : layouts())
+  for (const std::string& name : reference::kLayoutNames)
     for (const Edge edge : {Edge::kMirror, Edge::kWrap})
       for (const bool clip : {true, false}) {
         const triad::Layout panel = layout(name);
@@ -98,7 +86,7 @@ TEST(PlaneErrorTest, EqualsRowsForPicturesThatAreConstantInY) {
 }
 
 TEST(PlaneErrorTest, WhiteAndBlackAreSeenAsThePanelsStructureAlone) {
-  for (const std::string& name : layouts()) {
+  for (const std::string& name : reference::kLayoutNames) {
     const triad::Layout panel = layout(name);
     const int width = 4, height = 4;
     for (const float level : {0.f, 1.f}) {

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <vector>
 
+#include "layouts.hpp"
 #include "panel_reference.hpp"
 #include "stage_runner.hpp"
 
@@ -22,11 +23,6 @@ using triad::ParamTexts;
 namespace reference = triad::reference;
 
 namespace {
-
-std::vector<std::string> layouts() {
-  stage_runner::host();  // sets the folder of data
-  return triad::layout_names();
-}
 
 Picture uniform(int width, int height, std::array<float, 3> rgb) {
   Picture out{header(width, height, 1), {}};
@@ -46,8 +42,8 @@ const float* at(const Picture& p, int x, int y) {
 
 TEST(PanelPlugin, DrawsALitPixelsEmittersWhereTheLayoutHasThem) {
   const int scale = 12, size = 5;  // a multiple of all bundled layouts' cells
-  for (const std::string& name : layouts()) {
-    const triad::Layout panel = triad::load_layout(name);
+  for (const std::string& name : reference::kLayoutNames) {
+    const triad::Layout panel = reference::layout(name);
     for (int phase = 0; phase < panel.tile_x * panel.tile_y; ++phase) {
       const int px = 1 + phase % panel.tile_x, py = 1 + phase / panel.tile_x;
       Picture picture = uniform(size, size, {0, 0, 0});
@@ -87,9 +83,9 @@ TEST(PanelPlugin, StripesAtThreeAreThePixelsChannels) {
 
 TEST(PanelPlugin, KeepsTheLightOfAPixelAtAnyScale) {
   const std::array<float, 3> colour{.3f, .6f, .2f};
-  for (const std::string& name : layouts())
+  for (const std::string& name : reference::kLayoutNames)
     for (const int scale : {1, 5, 7, 12}) {
-      const triad::Layout panel = triad::load_layout(name);
+      const triad::Layout panel = reference::layout(name);
       const Picture picture = uniform(8, 8, colour);
       const auto got =
           run("panel", {{"layout", name}, {"gain", "1"}, {"scale", std::to_string(scale)}}, {&picture}, 3).out;
@@ -130,7 +126,7 @@ TEST(PanelPlugin, LinesSeparateEmitters) {
 
 TEST(PanelPlugin, StripsAndOriginsAreAlike) {
   const Picture picture = noise(6, 6, 1, 3);
-  for (const std::string& name : layouts()) {
+  for (const std::string& name : reference::kLayoutNames) {
     const ParamTexts whole{{"layout", name}, {"scale", "5"}};
     EXPECT_EQ(run("panel", whole, {&picture}, 1).out.pixels, run("panel", whole, {&picture}, 30).out.pixels) << name;
   }
@@ -156,7 +152,7 @@ TEST(PanelPlugin, RefusesWithAClearLine) {
 
 TEST(EyePlugin, FlatFieldsKeepTheirColour) {
   const std::array<float, 3> colour{.3f, .6f, .2f};
-  for (const std::string& name : layouts())
+  for (const std::string& name : reference::kLayoutNames)
     for (const char* ppd : {"20", "40", "400"}) {
       const Picture picture = uniform(12, 8, colour);
       const auto got = run("eye", {{"layout", name}, {"ppd", ppd}, {"edge", "wrap"}}, {&picture}).out;
@@ -181,7 +177,7 @@ TEST(EyePlugin, AGreyWedgeHasNoColourCast) {
   Picture wedge{header(width, 4, 1), {}};
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < width; ++x) wedge.pixels.insert(wedge.pixels.end(), 3, static_cast<float>(x / step) / 15.f);
-  for (const std::string& name : layouts()) {
+  for (const std::string& name : reference::kLayoutNames) {
     const auto got = run("eye", {{"layout", name}, {"ppd", "67"}}, {&wedge}).out;
     for (int i = 0; i < 16; ++i) {
       const int x = i * step + step / 2;
@@ -199,7 +195,7 @@ TEST(EyePlugin, AGreyWedgeHasNoColourCast) {
 
 TEST(EyePlugin, ASinusoidIsAttenuatedByTheTransfer) {
   const int width = 12, height = 8, cycles_x = 3, cycles_y = 2;
-  const triad::Layout panel = triad::load_layout("qd-oled");
+  const triad::Layout panel = reference::layout("qd-oled");
   const int nx = width * panel.cells_x, ny = height * panel.cells_y;
   Picture wide{header(nx, ny, panel.cells_x, panel.cells_y), {}};
   const double swing[3] = {.3, .1, .2};
@@ -241,7 +237,7 @@ TEST(EyePlugin, ASinusoidIsAttenuatedByTheTransfer) {
 TEST(EyePlugin, TwoViewsDifferByWhatTheMetricMeasures) {
   const int width = 7, height = 6;
   for (const std::string name : {"rgb", "qd-oled", "rwbg", "rgb-delta"}) {
-    const triad::Layout panel = triad::load_layout(name);
+    const triad::Layout panel = reference::layout(name);
     const Picture test = noise(width, height, 1, 1, -.2f, 1.2f), wide = wide_noise(width, height, panel, 2);
     const ParamTexts seen{{"layout", name}, {"ppd", "25"}, {"grid", "cells"}};
     const auto shown = run("eye", seen, {&test}).out, meant = run("eye", seen, {&wide}).out;
@@ -266,7 +262,7 @@ TEST(EyePlugin, TwoViewsDifferByWhatTheMetricMeasures) {
 }
 
 TEST(EyePlugin, ThePixelGridIsTheMeanOfTheCells) {
-  const triad::Layout panel = triad::load_layout("qd-oled");
+  const triad::Layout panel = reference::layout("qd-oled");
   const Picture wide = wide_noise(5, 4, panel, 3);
   const auto cells = run("eye", {{"layout", "qd-oled"}, {"grid", "cells"}}, {&wide}).out;
   const auto pixels = run("eye", {{"layout", "qd-oled"}}, {&wide}).out;
@@ -298,8 +294,8 @@ TEST(EyePlugin, RefusesWithAClearLine) {
 
 TEST(DisplayPlugin, MatchesTheSumsOfItsDefinitionInThePlane) {
   const int width = 4, height = 4;
-  for (const std::string& name : layouts()) {
-    const triad::Layout panel = triad::load_layout(name);
+  for (const std::string& name : reference::kLayoutNames) {
+    const triad::Layout panel = reference::layout(name);
     const Picture test = noise(width, height, 1, 1, -.2f, 1.2f), wide = wide_noise(width, height, panel, 2);
     const auto eye = reference::observer(15);
     const reference::Torus torus{&panel, width, height, true, 1, 0};

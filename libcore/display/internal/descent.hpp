@@ -49,12 +49,12 @@ void advance(size_t n, const Real* x, const Real* box, Real rho, Real* state, Re
 template <class Real>
 Sums advance_certified(size_t n, const Real* x, const Real* box, Real penalty, Real floor, Real* state,
                        Real* difference);
-// v from s.
+// z from s.
 template <class Real>
-void reflect(size_t n, const Real* box, Real rho, const Real* state, Real* next);
-// The drives: box + z within [0, 1].
+void project(size_t n, const Real* box, const Real* state, Real* z);
+// The drives: box + z, within [0, 1] whatever rounding did.
 template <class Real>
-void displayable(size_t n, const Real* box, const Real* state, Real* drives);
+void displayable(size_t n, const Real* box, const Real* z, Real* drives);
 
 // x = h + K v in place of v, for n frequencies of E emitters. K packed as HermitianTable.
 template <class Real>

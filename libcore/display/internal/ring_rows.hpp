@@ -18,7 +18,7 @@ class RingRows {
     const int cells = axis.length_cells();
     for (int k = -left; k < cells + right; ++k) source_.push_back(3 * axis.cell_at(((k % cells) + cells) % cells));
     before_ = static_cast<size_t>(left + axis.before_px * axis.cells);
-    inside_ = static_cast<size_t>(axis.size_px) * axis.cells;
+    inside_ = static_cast<size_t>(std::min(axis.size_px, axis.length_px() - axis.before_px)) * axis.cells;
   }
 
   size_t floats() const { return 3 * source_.size(); }
