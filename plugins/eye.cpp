@@ -21,15 +21,18 @@ struct EyeFilter {
       "loses at ppd pixels per degree, and the result is linear light again, to be looked at from near. Flat colours "
       "stay what they are. Values may lie a little outside [0, 1], where colour is blurred more than lightness.\n"
       "grid=pixels gives a pixel for each pixel of the display, the mean of its cells, for people; grid=cells keeps "
-      "the fine grid. Two such pictures of the same grid, one of the wide render and one of what a filter made of "
-      "it, "
-      "differ by what the metric display measures.\n"
+      "the fine grid.\n"
+      "space=neutral counts as colour what differs from the grey of the same luminance, so that greys stay grey. "
+      "space=opponent takes the channels of the metric display as they are, in which white is a little coloured and "
+      "black and white edges get tinted halos; with it and grid=cells, a view of the wide render and one of what a "
+      "filter made of it differ by what the metric measures.\n"
       "Looks at the whole picture: about 60 bytes of memory a cell, half with edge=wrap."};
   std::string layout;
   triad::Csf csf;
   double ppd, luminance;
   triad::Edge edge;
   triad::EyeGrid grid;
+  triad::EyeSpace space;
   triad::Range range;
   std::vector<double> origin;
 
@@ -41,6 +44,7 @@ struct EyeFilter {
                                     {.def = 40, .min = 1, .max = 10000, .unit = "ppd"}),
         tp::choice<&EyeFilter::csf, "scielab", "kolpatzik-bouman">("csf", "how finely an eye sees"),
         tp::choice<&EyeFilter::grid, "pixels", "cells">("grid", "what a pixel of the result stands for"),
+        tp::choice<&EyeFilter::space, "neutral", "opponent">("space", "what counts as colour"),
         tp::choice<&EyeFilter::edge, "mirror", "wrap">("edge", "what lies beyond the picture"),
         tp::choice<&EyeFilter::range, "clip", "unbounded">("range", "whether values are first clamped to [0, 1]"),
         tp::number<&EyeFilter::luminance>("luminance", "mean luminance of the display, for csf=kolpatzik-bouman",
@@ -77,7 +81,8 @@ struct EyeFilter {
     observer.ppd = ppd;
     observer.csf = csf;
     observer.luminance_nits = luminance;
-    eye_ = display_parameters::in_library([&] { return std::make_unique<triad::Eye>(panel, observer, shape, grid); });
+    eye_ = display_parameters::in_library(
+        [&] { return std::make_unique<triad::Eye>(panel, observer, shape, grid, space); });
     const bool cells = grid == triad::EyeGrid::kCells;
     call.out.width = eye_->width();
     call.out.height = eye_->height();

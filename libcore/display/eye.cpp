@@ -4,11 +4,27 @@
 
 namespace triad {
 
-Eye::Eye(const Layout& layout, const Observer& observer, const PanelTorus::Shape& shape, EyeGrid grid)
+namespace {
+
+// Linear RGB to what is blurred: opponent channels, whose gains cancel.
+std::array<double, 9> channels_of(const Observer& observer, EyeSpace space) {
+  std::array<double, 9> rows = opponent_matrix(observer);
+  if (space == EyeSpace::kOpponent) return rows;
+  const auto white = [&](size_t c) { return rows[3 * c] + rows[3 * c + 1] + rows[3 * c + 2]; };
+  for (size_t c = 1; c < 3; ++c) {
+    const double grey = white(c) / white(0);
+    for (size_t d = 0; d < 3; ++d) rows[3 * c + d] -= grey * rows[d];
+  }
+  return rows;
+}
+
+}  // namespace
+
+Eye::Eye(const Layout& layout, const Observer& observer, const PanelTorus::Shape& shape, EyeGrid grid, EyeSpace space)
     : torus_(layout, shape),
       grid_(grid),
       blur_(torus_.width(), torus_.height()),
-      to_opponent_(opponent_matrix(observer)),
+      to_opponent_(channels_of(observer, space)),
       to_rgb_(inverse_3x3(to_opponent_)) {
   check_observer(observer);
   for (int c = 0; c < 3; ++c)

@@ -172,8 +172,8 @@ TEST(EyePlugin, FlatFieldsKeepTheirColour) {
 }
 
 TEST(EyePlugin, AGreyWedgeHasNoColourCast) {
-  // Sixteen steps from black to white, one degree each, at 67 ppd: less than half a step of eight bits off grey.
-  const int step = 67, width = 16 * step;
+  // Sixteen steps from black to white at 67 ppd, half a degree each.
+  const int step = 34, width = 16 * step;
   Picture wedge{header(width, 4, 1), {}};
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < width; ++x) wedge.pixels.insert(wedge.pixels.end(), 3, static_cast<float>(x / step) / 15.f);
@@ -186,11 +186,28 @@ TEST(EyePlugin, AGreyWedgeHasNoColourCast) {
       for (int y = 0; y < 2; ++y)
         for (int k = 0; k < 2; ++k)
           for (int d = 0; d < 3; ++d) rgb[d] += static_cast<double>(at(got, x + k, y)[d]) / 4;
-      EXPECT_NEAR(rgb[0], rgb[1], .5 / 255) << name << i;
-      EXPECT_NEAR(rgb[2], rgb[1], .5 / 255) << name << i;
+      // Emitters lie up to half a pixel off their pixel's middle, on a picture that rises by this much a pixel.
+      const double rise = 1. / (15 * step);
+      EXPECT_NEAR(rgb[0], rgb[1], .5 * rise) << name << i;
+      EXPECT_NEAR(rgb[2], rgb[1], .5 * rise) << name << i;
       EXPECT_NEAR(rgb[1], i / 15., .5 / 255) << name << i;
     }
   }
+}
+
+TEST(EyePlugin, GreyLightStaysGreyEvenAtEdges) {
+  Picture wide = noise(40, 20, 2, 9, 0, 1, 2);
+  for (size_t i = 0; i < wide.pixels.size(); i += 3)
+    std::fill_n(&wide.pixels[i], 3, wide.pixels[i] > .5f ? 1.f : 0.f);
+  const auto got = run("eye", {{"layout", "qd-oled"}, {"grid", "cells"}}, {&wide}).out;
+  const auto tinted = run("eye", {{"layout", "qd-oled"}, {"grid", "cells"}, {"space", "opponent"}}, {&wide}).out;
+  double worst = 0;
+  for (size_t i = 0; i < wide.pixels.size(); i += 3) {
+    EXPECT_NEAR(got.pixels[i], got.pixels[i + 1], 1e-6);
+    EXPECT_NEAR(got.pixels[i + 2], got.pixels[i + 1], 1e-6);
+    worst = std::max(worst, std::abs(static_cast<double>(tinted.pixels[i] - tinted.pixels[i + 1])));
+  }
+  EXPECT_GT(worst, .01);  // which is why neutral is the default
 }
 
 TEST(EyePlugin, ASinusoidIsAttenuatedByTheTransfer) {
@@ -206,25 +223,27 @@ TEST(EyePlugin, ASinusoidIsAttenuatedByTheTransfer) {
   for (int y = 0; y < ny; ++y)
     for (int x = 0; x < nx; ++x)
       for (const double s : swing) wide.pixels.push_back(static_cast<float>(.5 + s * phase(x, y)));
-  for (const auto csf : {triad::Csf::kScielab, triad::Csf::kKolpatzikBouman}) {
+  for (const bool neutral : {false, true}) {
+    const auto csf = neutral ? triad::Csf::kScielab : triad::Csf::kKolpatzikBouman;
     const auto eye = reference::observer(30, csf);
     const auto got = run("eye",
                          {{"layout", "qd-oled"},
                           {"ppd", "30"},
                           {"edge", "wrap"},
                           {"grid", "cells"},
+                          {"space", neutral ? "neutral" : "opponent"},
                           {"csf", csf == triad::Csf::kScielab ? "scielab" : "kolpatzik-bouman"}},
                          {&wide})
                          .out;
     ASSERT_EQ(got.image.cells_x, 2);
     ASSERT_EQ(got.image.width, nx);
     Eigen::Matrix3d C;
-    Eigen::Vector3d opponent = Eigen::Vector3d::Zero();
-    for (int c = 0; c < 3; ++c)
-      for (int d = 0; d < 3; ++d) {
-        C(c, d) = triad::opponent_matrix(eye)[static_cast<size_t>(3 * c + d)];
-        opponent[c] += C(c, d) * swing[d];
-      }
+    for (int i = 0; i < 9; ++i) C(i / 3, i % 3) = triad::opponent_matrix(eye)[static_cast<size_t>(i)];
+    // Colour is then what is left beside the grey of the same luminance.
+    const Eigen::Vector3d white = C * Eigen::Vector3d::Ones(), luminance = C.row(0);
+    if (neutral)
+      for (int c = 1; c < 3; ++c) C.row(c) -= white[c] / white[0] * luminance.transpose();
+    Eigen::Vector3d opponent = C * Eigen::Vector3d(swing[0], swing[1], swing[2]);
     const double f = std::hypot(cycles_x * 30. / width, cycles_y * 30. / height);
     for (int c = 0; c < 3; ++c) opponent[c] *= triad::mtf(eye, c, f) / triad::mtf(eye, c, 0);
     const Eigen::Vector3d left = C.inverse() * opponent;
@@ -239,7 +258,7 @@ TEST(EyePlugin, TwoViewsDifferByWhatTheMetricMeasures) {
   for (const std::string name : {"rgb", "qd-oled", "rwbg", "rgb-delta"}) {
     const triad::Layout panel = reference::layout(name);
     const Picture test = noise(width, height, 1, 1, -.2f, 1.2f), wide = wide_noise(width, height, panel, 2);
-    const ParamTexts seen{{"layout", name}, {"ppd", "25"}, {"grid", "cells"}};
+    const ParamTexts seen{{"layout", name}, {"ppd", "25"}, {"grid", "cells"}, {"space", "opponent"}};
     const auto shown = run("eye", seen, {&test}).out, meant = run("eye", seen, {&wide}).out;
     const auto map =
         run("display", {{"layout", name}, {"ppd", "25"}, {"mode", "plane"}}, {&test, &wide, nullptr}).out;
