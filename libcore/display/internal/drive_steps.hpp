@@ -79,7 +79,8 @@ class Schedule {
   bool first_of_stage() const { return iteration_ == 1; }
   bool first() const { return result_.iterations == 1; }  // s and v are still 0
   bool check() const {
-    return (iteration_ >= kFirstCheck && iteration_ % kCheckEvery == 0) || iteration_ == options_.iterations;
+    return (options_.tolerance > 0 && iteration_ >= kFirstCheck && iteration_ % kCheckEvery == 0) ||
+           iteration_ == options_.iterations;
   }
   // The part of the iterations that are behind, at least.
   double done() const;
