@@ -84,30 +84,53 @@ void advance(size_t n, const Real* x, const Real* box, Real rho, Real* state, Re
   }
 }
 
+namespace {
+
+// Eight sums side by side, so that the loop over them is one of vectors; their order is always the same.
+struct Lanes {
+  static constexpr size_t kCount = 8;
+  double mu_z[kCount] = {}, slack[kCount] = {}, square[kCount] = {};
+
+  Sums sum() const {
+    Sums out;
+    for (size_t k = 0; k < kCount; ++k) out.add({mu_z[k], slack[k], square[k]});
+    return out;
+  }
+};
+
+template <bool kFloored, class Real>
+Sums certified(size_t n, const Real* x, const Real* box, Real penalty, Real floor, Real* state, Real* difference) {
+  constexpr Real kStep = static_cast<Real>(kRelaxation);
+  const Real over_floor = kFloored ? 1 / floor : 0;
+  Lanes lanes;
+  const auto one = [&](size_t i, size_t lane) {
+    const Real low = -box[i], high = 1 - box[i];
+    const Real old = clamped(state[i], low, high);
+    const Real mu = penalty * (x[i] - (2 * old - state[i]));
+    const Real s = state[i] + kStep * (x[i] - old);
+    const Real z = clamped(s, low, high), d = z - x[i];
+    state[i] = s;
+    difference[i] = d;
+    // The least of phi within the bounds; without a floor it lies on one of them.
+    const Real least = kFloored ? clamped(x[i] + mu * over_floor, low, high) : mu > 0 ? high : low;
+    lanes.mu_z[lane] += static_cast<double>(mu * z);
+    lanes.slack[lane] += static_cast<double>((z - least) * (floor * ((z - x[i]) + (least - x[i])) - 2 * mu));
+    lanes.square[lane] += static_cast<double>(floor * d * d);
+  };
+  const size_t whole = n - n % Lanes::kCount;
+  for (size_t i = 0; i < whole; i += Lanes::kCount)
+    for (size_t lane = 0; lane < Lanes::kCount; ++lane) one(i + lane, lane);
+  for (size_t i = whole; i < n; ++i) one(i, 0);
+  return lanes.sum();
+}
+
+}  // namespace
+
 template <class Real>
 Sums advance_certified(size_t n, const Real* x, const Real* box, Real penalty, Real floor, Real* state,
                        Real* difference) {
-  constexpr Real kStep = static_cast<Real>(kRelaxation);
-  Sums sums;
-  for (size_t i = 0; i < n; ++i) {
-    const Real low = -box[i], high = 1 - box[i];
-    const Real old = clamped(state[i], low, high);
-    const double mu = static_cast<double>(penalty * (x[i] - (2 * old - state[i])));
-    const Real s = state[i] + kStep * (x[i] - old);
-    const Real z = clamped(s, low, high);
-    state[i] = s;
-    difference[i] = z - x[i];
-    // The least of phi within the bounds; without a floor it lies on one of them.
-    const double at = static_cast<double>(x[i]), z_at = static_cast<double>(z), half = static_cast<double>(floor);
-    double least = mu > 0 ? static_cast<double>(high) : static_cast<double>(low);
-    if (half > 0)
-      least = std::clamp(at + mu / half, static_cast<double>(low),
-                         std::max(static_cast<double>(high), -static_cast<double>(box[i])));
-    sums.mu_z += mu * z_at;
-    sums.slack += (z_at - least) * (half * (z_at + least - 2 * at) - 2 * mu);
-    sums.square += half * (z_at - at) * (z_at - at);
-  }
-  return sums;
+  return floor > 0 ? certified<true>(n, x, box, penalty, floor, state, difference)
+                   : certified<false>(n, x, box, penalty, floor, state, difference);
 }
 
 template <class Real>

@@ -18,7 +18,8 @@ int TorusAxis::at(int r, int scale) const {
 int mirror_margin_px(double ppd) { return std::max(32, static_cast<int>(std::ceil(.8 * ppd))); }
 
 int good_length(int n) {
-  for (int length = (n + 3) / 4 * 4;; length += 4) {
+  const int step = n > 512 ? 32 : 4;
+  for (int length = (n + step - 1) / step * step;; length += step) {
     int rest = length;
     for (const int prime : {2, 3, 5, 7})
       while (rest % prime == 0) rest /= prime;

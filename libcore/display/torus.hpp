@@ -54,7 +54,8 @@ int mirror_margin_px(double ppd);
 // Throws Error(kUsage) for sizes outside 1 .. 2^26.
 TorusAxis torus_axis(int size_px, int cells, int tile_px, int origin_px, Edge edge, double ppd);
 
-// The smallest number at least n, and a multiple of 4, whose prime factors are 2, 3, 5 and 7.
+// The smallest number at least n, and a multiple of 4 or, above 512, of 32, whose prime factors are 2, 3, 5 and 7:
+// 4000 transforms in a sixth less time than 3920.
 int good_length(int n);
 
 }  // namespace triad

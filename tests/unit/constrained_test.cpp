@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <string>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
@@ -155,4 +157,132 @@ TEST(Constrained, RowsAreCertifiedByADenseSolver) {
               std::string(name) + " " + std::to_string(width) + " at " + std::to_string(ppd));
         }
   EXPECT_GE(g_certified, 36);  // of 64: a single pixel is flat
+}
+
+// A panel that derives its white: what comes out is displayable by its rule and has the value told, no picture at all
+// has less than the bound, and no single value can be changed to gain more than a little.
+TEST(Constrained, DerivedWhiteIsWhatThePanelShowsAndItsBoundIsOne) {
+  const Layout layout = reference::layout("rwbg");
+  for (const double ppd : {20., 40., 67.}) {
+    const int width = 6, height = 3;
+    const auto cells = patches(width * layout.cells_x, height, 5);
+    const SolveOptions options{{}, 400, 0};
+    const reference::DenseDisplay dense(layout, reference::observer(ppd), options.filter, width, height, 0, 0, cells);
+    const Solved got = solve_plane<double>(layout, ppd, width, height, 0, 0, Edge::kWrap, options, cells);
+    const SolveResult& r = got.result;
+    EXPECT_NEAR(r.start, dense.value(dense.start()), 1e-12) << ppd;
+    EXPECT_NEAR(r.best, dense.value(dense.shown(got.drives)), 1e-12) << ppd;
+    EXPECT_LT(r.best, .8 * r.start) << ppd;
+    EXPECT_GT(r.bound, 0) << ppd;
+    // Search by hand: each value in turn, in steps that shrink, from the solution, from grey and from noise.
+    for (int from = 0; from < 3; ++from) {
+      std::vector<double> rgb = from == 0 ? got.drives : reference::random_cells(width * height, 7);
+      if (from == 1) std::fill(rgb.begin(), rgb.end(), .5);
+      double value = dense.value(dense.shown(rgb));
+      for (double step = .25; step > 1e-3; step /= 2)
+        for (int sweep = 0; sweep < 4; ++sweep)
+          for (double& v : rgb)
+            for (const double change : {step, -step}) {
+              const double before = v;
+              v = std::clamp(v + change, 0., 1.);
+              const double changed = dense.value(dense.shown(rgb));
+              if (changed < value) {
+                value = changed;
+              } else {
+                v = before;
+              }
+            }
+      EXPECT_GE(value, r.bound - 1e-12) << ppd << " from " << from;
+      if (from == 0) {
+        EXPECT_GE(value, r.best - .02 * r.start) << ppd;
+      }
+    }
+  }
+  // Rows are the same problem.
+  const auto cells = patches(7 * layout.cells_x, 1, 6);
+  const SolveOptions options{{}, 300, 0};
+  const Solved row = solve_row<double>(layout, 40, 7, Edge::kWrap, options, cells);
+  const Solved plane = solve_plane<double>(layout, 40, 7, 1, 0, 0, Edge::kWrap, options, cells);
+  EXPECT_NEAR(row.result.best, plane.result.best, 1e-12);
+  for (size_t i = 0; i < row.drives.size(); ++i) EXPECT_NEAR(row.drives[i], plane.drives[i], 1e-9);
+}
+
+TEST(Constrained, RowsAndPlaneAgreeWhereAPictureHasOneRow) {
+  const Layout layout = reference::layout("rgb");
+  const auto cells = patches(3 * 23, 1, 8);
+  const SolveOptions options{{}, 60, 0};
+  const Solved row = solve_row<double>(layout, 40, 23, Edge::kWrap, options, cells);
+  const Solved plane = solve_plane<double>(layout, 40, 23, 1, 0, 0, Edge::kWrap, options, cells);
+  EXPECT_NEAR(row.result.best / plane.result.best, 1, 1e-9);
+  for (size_t i = 0; i < row.drives.size(); ++i) EXPECT_NEAR(row.drives[i], plane.drives[i], 1e-9);
+}
+
+TEST(Constrained, AMarginOfTheMirrorImageStandsForAllOfIt) {
+  // A ring of the picture and its whole mirror image, made by hand, against the margin that the solver takes.
+  const Layout layout = reference::layout("rgb");
+  for (const double ppd : {20., 40., 67., 120.}) {
+    const int width = 400;
+    const auto cells = patches(3 * width, 1, 9);
+    auto whole = cells;
+    for (int k = 3 * width; k-- > 0;)
+      whole.insert(whole.end(), &cells[static_cast<size_t>(3 * k)], &cells[static_cast<size_t>(3 * k)] + 3);
+    const SolveOptions options{{}, 2000, 1e-9};
+    const Solved margin = solve_row<double>(layout, ppd, width, Edge::kMirror, options, cells);
+    const Solved ring = solve_row<double>(layout, ppd, 2 * width, Edge::kWrap, options, whole);
+    double worst = 0;
+    for (size_t i = 0; i < margin.drives.size(); ++i)
+      worst = std::max(worst, std::abs(margin.drives[i] - ring.drives[i]));
+    std::printf("margin of %d px at %g ppd: drives differ by %.1e\n", triad::mirror_margin_px(ppd), ppd, worst);
+    EXPECT_LT(worst, 2e-5) << ppd;
+  }
+}
+
+TEST(Constrained, FlatFieldsStayExactInFloatOnEveryLayoutAndPpd) {
+  for (const Layout& layout : reference::all_layouts())
+    for (const double ppd : {5., 10., 20., 40., 67., 120., 300., 1000.})
+      for (const std::array<double, 3>& colour : {std::array<double, 3>{1, 1, 1}, {.5, .25, .75}, {0, 0, 0}}) {
+        if (ppd > 120 && layout.pixel_cells() > 4) continue;  // time: their margins are hundreds of pixels
+        const int width = 5, height = 4;
+        std::vector<double> cells;
+        for (int i = 0; i < width * height * layout.pixel_cells(); ++i)
+          cells.insert(cells.end(), colour.begin(), colour.end());
+        const Edge edge = ppd > 120 ? Edge::kWrap : Edge::kMirror;
+        const Solved got = solve_plane<float>(layout, ppd, width, height, 0, 0, edge, {}, cells);
+        for (int p = 0; p < width * height; ++p)
+          for (int c = 0; c < 3; ++c) {
+            bool driven = false;
+            for (const triad::Emitter& e : layout.emitters)
+              driven = driven || (e.channel == c && p % width % layout.tile_x == e.pixel_x &&
+                                  p / width % layout.tile_y == e.pixel_y);
+            ASSERT_NEAR(got.drives[static_cast<size_t>(3 * p + c)], driven ? colour[static_cast<size_t>(c)] : 0, 1e-6)
+                << layout.name << " at " << ppd;
+          }
+        EXPECT_TRUE(got.result.converged);
+      }
+}
+
+TEST(Constrained, ThreadsDoNotChangeABit) {
+  const Layout layout = reference::layout("qd-oled");
+  const auto cells = patches(2 * 61, 2 * 47, 10);
+  triad::set_thread_limit(1);
+  const Solved one = solve_plane<float>(layout, 40, 61, 47, 0, 0, Edge::kMirror, {}, cells);
+  triad::set_thread_limit(5);
+  const Solved five = solve_plane<float>(layout, 40, 61, 47, 0, 0, Edge::kMirror, {}, cells);
+  triad::set_thread_limit(0);
+  EXPECT_EQ(one.drives, five.drives);
+  EXPECT_EQ(one.result.best, five.result.best);
+  EXPECT_EQ(one.result.bound, five.result.bound);
+}
+
+TEST(Constrained, RefusesWhatItCannotSolve) {
+  const auto eye = reference::observer(40);
+  EXPECT_THROW(RowSolver<float>(reference::layout("qd-oled"), eye, 10, 0, Edge::kMirror, {}), triad::Error);
+  EXPECT_THROW(RowSolver<float>(reference::layout("rgb"), eye, 0, 0, Edge::kMirror, {}), triad::Error);
+  EXPECT_THROW(PlaneSolver<float>(reference::layout("rgb"), eye, 10, -1, 0, 0, Edge::kMirror, {}), triad::Error);
+  EXPECT_THROW(PlaneSolver<float>(reference::layout("rgb"), reference::observer(0), 10, 10, 0, 0, Edge::kWrap, {}),
+               triad::Error);
+  EXPECT_THROW(PlaneSolver<float>(reference::layout("rgb"), eye, 1 << 20, 1 << 20, 0, 0, Edge::kWrap, {}),
+               triad::Error);
+  EXPECT_THROW(RowSolver<float>(reference::layout("rgb"), eye, 10, 0, Edge::kWrap, {{.lambda = 2}, 1, 0}),
+               triad::Error);
 }

@@ -14,7 +14,8 @@
 namespace triad::reference {
 
 // A wrapped picture of width x height pixels, whole tiles, at a phase of the panel. Drives are numbered
-// 3 * (y * width + x) + channel; those that light nothing have no cost. Layouts that derive white are not for it.
+// channels() * (y * width + x) + channel; those that light nothing have no cost. Where the panel derives its white
+// they are what the emitters show, white being channel 3; optimum() is not for those.
 class DenseDisplay {
  public:
   DenseDisplay(const Layout& layout, const Observer& eye, const FilterOptions& options, int width, int height,
@@ -27,7 +28,7 @@ class DenseDisplay {
         ny_(height * layout.cells_y),
         ox_(origin_x),
         oy_(origin_y) {
-    const int N = nx_ * ny_, n = 3 * w_ * h_;
+    const int N = nx_ * ny_, n = channels() * w_ * h_;
     const auto C = opponent_matrix(eye);
     const double tiles = static_cast<double>(w_ * h_) / (layout.tile_x * layout.tile_y);
     const Eigen::VectorXd box = box_drives(cells);
@@ -79,6 +80,19 @@ class DenseDisplay {
       slope_ += light[c].transpose() * weight * target / N;
       constant_ += target.dot(weight * target) / N;
     }
+  }
+
+  int channels() const { return layout_.derives_white ? 4 : 3; }
+  // What the emitters show for the pixels of a picture.
+  Eigen::VectorXd shown(const std::vector<double>& rgb) const {
+    Eigen::VectorXd out(channels() * w_ * h_);
+    for (int p = 0; p < w_ * h_; ++p) {
+      const double* pixel = &rgb[static_cast<size_t>(3 * p)];
+      const double white = layout_.derives_white ? std::min({pixel[0], pixel[1], pixel[2]}) : 0;
+      for (int c = 0; c < 3; ++c) out[channels() * p + c] = pixel[c] - white;
+      if (layout_.derives_white) out[channels() * p + 3] = white;
+    }
+    return out;
   }
 
   // The displaced box, from its definition: areas of overlap.
@@ -135,11 +149,19 @@ class DenseDisplay {
       for (int x = 0; x < w_; ++x)
         for (const Emitter& e : layout_.emitters)
           if (mod(x + ox_, layout_.tile_x) == e.pixel_x && mod(y + oy_, layout_.tile_y) == e.pixel_y)
-            body(3 * (y * w_ + x) + e.channel, e, x, y);
+            body(channels() * (y * w_ + x) + e.channel, e, x, y);
   }
 
   Eigen::VectorXd box_drives(const std::vector<double>& cells) const {
-    Eigen::VectorXd out = Eigen::VectorXd::Zero(3 * w_ * h_);
+    if (layout_.derives_white) {  // the pixels' averages
+      std::vector<double> rgb(static_cast<size_t>(3 * w_ * h_));
+      for (int k = 0; k < nx_ * ny_; ++k)
+        for (int c = 0; c < 3; ++c)
+          rgb[static_cast<size_t>(3 * (k / nx_ / layout_.cells_y * w_ + k % nx_ / layout_.cells_x) + c)] +=
+              cells[static_cast<size_t>(3 * k + c)] / layout_.pixel_cells();
+      return shown(rgb);
+    }
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(channels() * w_ * h_);
     for_each_emitter([&](int drive, const Emitter& e, int px, int py) {
       const double cx = (px - e.pixel_x) * layout_.cells_x + e.centre_x();
       const double cy = (py - e.pixel_y) * layout_.cells_y + e.centre_y();
@@ -174,10 +196,10 @@ class DenseDisplay {
       for (int x = 0; x < w_; ++x)
         for (int v = 0; v < ty; ++v)
           for (int u = 0; u < tx; ++u)
-            for (int c = 0; c < 3; ++c)
-              out[3 * (y * w_ + x) + c] +=
+            for (int c = 0; c < channels(); ++c)
+              out[channels() * (y * w_ + x) + c] +=
                   kx[u] * ky[v] *
-                  box[3 * (mod(y - v * layout_.tile_y, h_) * w_ + mod(x - u * layout_.tile_x, w_)) + c];
+                  box[channels() * (mod(y - v * layout_.tile_y, h_) * w_ + mod(x - u * layout_.tile_x, w_)) + c];
     return out;
   }
 

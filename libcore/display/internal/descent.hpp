@@ -32,7 +32,8 @@ constexpr double negligible() {
   constexpr double kEpsilon = std::numeric_limits<Real>::epsilon();
   return 100 * kEpsilon * kEpsilon;
 }
-inline constexpr int kCheckEvery = 5;  // iterations from certificate to certificate, each of which costs half of one
+// Iterations before the first certificate, and from one to the next; each costs half an iteration.
+inline constexpr int kFirstCheck = 10, kCheckEvery = 5;
 
 // Sums over drives at a certificate, from which and from two quadratic forms J(z) and the gap follow.
 struct Sums {

@@ -78,7 +78,10 @@ class Schedule {
   Stage stage() const { return stages_[at_]; }
   bool first_of_stage() const { return iteration_ == 1; }
   bool first() const { return result_.iterations == 1; }  // s and v are still 0
-  bool check() const { return iteration_ % kCheckEvery == 0 || iteration_ == options_.iterations; }
+  bool check() const {
+    return (options_.tolerance > 0 && iteration_ >= kFirstCheck && iteration_ % kCheckEvery == 0) ||
+           iteration_ == options_.iterations;
+  }
   // The part of the iterations that are behind, at least.
   double done() const;
   // After a checked iteration: quadratic_x = x^H A x over T, quadratic_d that of z - x. True where z is displayable
