@@ -402,3 +402,47 @@ TEST(DisplayPlugin, TakesTheLayoutFromThePictures) {
   EXPECT_EQ(automatic.scores,
             run("display", {{"border", "0"}, {"layout", "qd-oled"}}, {&test, &wide, nullptr}).scores);
 }
+
+TEST(SeeingTest, ThePanelsOwnFilterShowsLessColourThanTheStripes) {
+  // White strokes at all angles on black, one pixel wide, as a QD-OLED panel shows them at 40 ppd: driven by its own
+  // optimum, and by that for RGB stripes. 4 x 4 points in each cell.
+  const int width = 96, height = 72;
+  const auto strokes = [&](int cells_x, int cells_y) {
+    Picture out{header(width * cells_x, height * cells_y, cells_x, cells_y), {}};
+    for (int y = 0; y < out.image.height; ++y)
+      for (int x = 0; x < out.image.width; ++x) {
+        int inside = 0;
+        for (int i = 0; i < 16; ++i) {
+          const double u = (x + (i % 4 + .5) / 4) / cells_x, v = (y + (i / 4 + .5) / 4) / cells_y;
+          // Spokes around the middle of each square of 24 pixels.
+          const double dx = std::fmod(u, 24) - 12.3, dy = std::fmod(v, 24) - 11.8;
+          const double angle = 2.4 * (std::floor(u / 24) + 4 * std::floor(v / 24));
+          const double across = std::abs(dx * std::sin(angle) - dy * std::cos(angle)), r = std::hypot(dx, dy);
+          inside += across < .5 && r < 10;
+        }
+        out.pixels.insert(out.pixels.end(), 3, static_cast<float>(inside) / 16.f);
+      }
+    return out;
+  };
+  const Picture oled = strokes(2, 2), wide = strokes(3, 1);
+  const Picture own = run("platt", {{"layout", "qd-oled"}}, {&oled}).out;
+  const Picture stripes = run("platt", {{"layout", "rgb"}}, {&wide}).out;
+  const auto judge = [&](const Picture& test) {
+    return run("display", {{"layout", "qd-oled"}}, {&test, &oled, nullptr}).scores;
+  };
+  const auto best = judge(own), wrong = judge(stripes);
+  EXPECT_LT(best[1], .35);  // of the pixel average
+  EXPECT_GT(wrong[1], .6);
+  EXPECT_LT(best[2] * best[0] * best[0], .1 * wrong[2] * wrong[0] * wrong[0]);  // the energy in colour
+  EXPECT_LT(best[3], wrong[3]);                                                 // S-CIELAB
+  // And to look at: how far from grey.
+  const auto colour = [&](const Picture& picture) {
+    const Picture seen = run("eye", {{"layout", "qd-oled"}}, {&picture}).out;
+    double sum = 0;
+    for (size_t i = 0; i < seen.pixels.size(); i += 3)
+      for (const size_t d : {0u, 2u})
+        sum += std::pow(static_cast<double>(seen.pixels[i + d] - seen.pixels[i + 1]), 2);
+    return std::sqrt(sum);
+  };
+  EXPECT_LT(colour(own), .5 * colour(stripes));
+}
