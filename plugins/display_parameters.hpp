@@ -15,6 +15,12 @@ namespace display_parameters {
 
 namespace tp = triad_plugin;
 
+inline constexpr const char* kLayoutDoc =
+    "how the subpixels lie: a name that triad list layouts shows, or the path of a layout's TOML file";
+inline constexpr const char* kOriginDoc =
+    "the panel's pixel on which the picture's first lies; counts for layouts whose tile is larger than a pixel";
+inline constexpr double kOrigin[] = {0, 0};
+
 // Calls the library and passes its errors on as the plugin's.
 template <class F>
 auto in_library(F&& body) {
@@ -37,9 +43,10 @@ inline triad::Layout stripes(const std::string& name) {
   });
 }
 
-// The picture's phase on the panel, "x,y". Stripes repeat with every pixel, so all whole numbers are alike.
+// The picture's phase on the panel, "x,y". It counts modulo the tile.
 inline void check_origin(const std::vector<double>& origin) {
-  if (origin.size() != 2 || origin[0] != std::floor(origin[0]) || origin[1] != std::floor(origin[1]))
+  const auto whole = [](double v) { return v == std::floor(v) && std::abs(v) <= 1e9; };
+  if (origin.size() != 2 || !whole(origin[0]) || !whole(origin[1]))
     throw tp::Error(TRIAD_E_PARAM, "origin must be two whole numbers of pixels, x and y, as in origin=\"0,0\"");
 }
 
@@ -58,16 +65,20 @@ inline void narrow(const triad_image& in, const triad::Layout& layout, triad_ima
     throw tp::Error(TRIAD_E_INPUT, "the picture has " + std::to_string(in.cells_x) + "x" +
                                        std::to_string(in.cells_y) + " cells a pixel, and layout " + layout.name +
                                        " needs " + needed);
-  if (in.width % layout.cells_x != 0) {
-    const int below = in.width - in.width % layout.cells_x;
-    throw tp::Error(TRIAD_E_INPUT, "the width " + std::to_string(in.width) + " is not a multiple of " +
-                                       std::to_string(layout.cells_x) + " cells; " +
-                                       (below > 0 ? std::to_string(below) + " or " : "") +
-                                       std::to_string(int64_t{below} + layout.cells_x) + " would do");
-  }
-  out.width = in.width / layout.cells_x;
+  const auto pixels = [](const char* side, int size, int cells) {
+    if (size % cells != 0) {
+      const int below = size - size % cells;
+      throw tp::Error(TRIAD_E_INPUT, std::string("the ") + side + " " + std::to_string(size) +
+                                         " is not a multiple of " + std::to_string(cells) + " cells; " +
+                                         (below > 0 ? std::to_string(below) + " or " : "") +
+                                         std::to_string(int64_t{below} + cells) + " would do");
+    }
+    return size / cells;
+  };
+  out.width = pixels("width", in.width, layout.cells_x);
+  out.height = pixels("height", in.height, layout.cells_y);
   out.cells_x = out.cells_y = 1;
-  out.pixel_aspect = in.pixel_aspect * layout.cells_x;
+  out.pixel_aspect = in.pixel_aspect * layout.cells_x / layout.cells_y;
 }
 
 }  // namespace display_parameters

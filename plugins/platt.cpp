@@ -1,109 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <memory>
-#include <mutex>
+#include <new>
 #include <string>
-#include <triad/display/row_filter.hpp>
-#include <triad/numeric/polyphase.hpp>
+#include <triad/display/constrained.hpp>
 #include <vector>
 
 #include "display_parameters.hpp"
+#include "platt_engines.hpp"
 
 namespace {
 
 namespace tp = triad_plugin;
-
-// Working memory that threads take and give back, so that a strip of one row costs no allocation.
-template <class T>
-class Pool {
- public:
-  std::unique_ptr<T> take() {
-    const std::lock_guard lock(mutex_);
-    if (free_.empty()) return nullptr;
-    std::unique_ptr<T> out = std::move(free_.back());
-    free_.pop_back();
-    return out;
-  }
-  void give(std::unique_ptr<T> item) {
-    const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(item));
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<T>> free_;
-};
-
-// Turns cells into drives. Pixel 0 reads the cells first_cell() .. last_cell(), unless whole_rows().
-class Engine {
- public:
-  virtual ~Engine() = default;
-  virtual bool whole_rows() const = 0;
-  virtual int first_cell() const = 0;
-  virtual int last_cell() const = 0;
-  // cells: the cell 0 of pixel x0, or of the row for whole_rows(). Writes pixels x0 .. x1 - 1.
-  virtual void row(const float* cells, int x0, int x1, float* out) = 0;
-};
-
-template <class Real>
-class FftEngine : public Engine {
- public:
-  FftEngine(const triad::FilterDesign& design, int width_px, triad::Edge edge) : filter_(design, width_px, edge) {}
-  bool whole_rows() const override { return true; }
-  int first_cell() const override { return 0; }
-  int last_cell() const override { return 0; }
-  void row(const float* cells, int x0, int x1, float* out) override {
-    auto work = pool_.take();
-    if (!work) work = std::make_unique<Work>(filter_);
-    filter_.apply(cells, work->drives.data(), work->workspace);
-    std::copy(work->drives.data() + 3 * static_cast<ptrdiff_t>(x0),
-              work->drives.data() + 3 * static_cast<ptrdiff_t>(x1), out);
-    pool_.give(std::move(work));
-  }
-
- private:
-  struct Work {
-    explicit Work(const triad::RowFilter<Real>& filter)
-        : workspace(filter), drives(3 * static_cast<size_t>(filter.width_px())) {}
-    typename triad::RowFilter<Real>::Workspace workspace;
-    std::vector<float> drives;
-  };
-  triad::RowFilter<Real> filter_;
-  Pool<Work> pool_;
-};
-
-template <class Real>
-class FirEngine : public Engine {
- public:
-  FirEngine(int cells, const std::array<triad::FirKernel, 3>& kernels) : filter_(cells, kernels) {}
-  bool whole_rows() const override { return false; }
-  int first_cell() const override { return filter_.first_cell(); }
-  int last_cell() const override { return filter_.last_cell(); }
-  void row(const float* cells, int x0, int x1, float* out) override {
-    auto work = pool_.take();
-    if (!work) work = std::make_unique<Work>();
-    const int pixels = x1 - x0;
-    if constexpr (std::is_same_v<Real, float>) {
-      filter_.apply_row(cells, out, pixels, work->scratch);
-    } else {
-      const ptrdiff_t first = 3 * static_cast<ptrdiff_t>(first_cell());
-      const ptrdiff_t end = 3 * (static_cast<ptrdiff_t>(filter_.cells()) * (pixels - 1) + last_cell() + 1);
-      work->in.assign(cells + first, cells + end);
-      work->out.resize(3 * static_cast<size_t>(pixels));
-      filter_.apply_row(work->in.data() - first, work->out.data(), pixels, work->scratch);
-      for (const double value : work->out) *out++ = static_cast<float>(value);
-    }
-    pool_.give(std::move(work));
-  }
-
- private:
-  struct Work {
-    triad::PolyphaseScratch scratch;
-    std::vector<double> in, out;
-  };
-  triad::PolyphaseFir<Real> filter_;
-  Pool<Work> pool_;
-};
+using platt_engines::Engine;
 
 // Copies with values outside [0, 1] clamped; returns how many were. What is not a number stays.
 int64_t clamp_into(const float* from, int64_t count, float* to) {
@@ -116,24 +26,96 @@ int64_t clamp_into(const float* from, int64_t count, float* to) {
   return outside;
 }
 
+int64_t outside(const float* values, int64_t count) {
+  int64_t found = 0;
+  for (int64_t i = 0; i < count; ++i) found += values[i] < 0 || values[i] > 1;
+  return found;
+}
+
 enum class EngineChoice { kAuto, kFft, kFir };
 enum class FlatField { kExact, kFree };
-enum class Clipping { kClip, kUnbounded };
+enum class Displayed { kConstrained, kClip, kUnbounded };
+enum class Mode { kAuto, kRows, kPlane };
 enum class Precision { kFloat, kDouble };
+
+// The best displayable drives of a strip of rows, or of the whole picture.
+class Optimum {
+ public:
+  virtual ~Optimum() = default;
+  virtual triad::SolveResult rows(tp::StripCall& call) = 0;
+};
+
+template <class Real>
+class RowOptimum : public Optimum {
+ public:
+  explicit RowOptimum(triad::RowSolver<Real> solver) : solver_(std::move(solver)) {}
+  triad::SolveResult rows(tp::StripCall& call) override {
+    const auto in = call.in(0);
+    const auto out = call.out();
+    auto work = pool_.take();
+    if (!work) work = std::make_unique<Workspace>(solver_);
+    triad::SolveResult sum;
+    for (int y = call.r.y0; y < call.r.y1; ++y) {
+      const auto row = solver_.solve(in.row(y), out.row(y), *work);
+      if (y == call.r.y0) {
+        sum = row;
+      } else {
+        sum.add(row);
+      }
+    }
+    pool_.give(std::move(work));
+    return sum;
+  }
+
+ private:
+  using Workspace = typename triad::RowSolver<Real>::Workspace;
+  triad::RowSolver<Real> solver_;
+  platt_engines::Pool<Workspace> pool_;
+};
+
+template <class Real>
+class PlaneOptimum : public Optimum {
+ public:
+  explicit PlaneOptimum(triad::PlaneSolver<Real> solver) : solver_(std::move(solver)) {}
+  triad::SolveResult rows(tp::StripCall& call) override {
+    const auto in = call.in(0);
+    const auto out = call.out();
+    constexpr std::align_val_t kLine{64};
+    const std::unique_ptr<void, void (*)(void*)> workspace(::operator new(solver_.workspace_bytes(), kLine),
+                                                           [](void* p) { ::operator delete(p, kLine); });
+    const auto stride = [](const auto& view) {
+      return view.height() > 1 ? view.row(view.r.y0 + 1) - view.row(view.r.y0) : 0;
+    };
+    return solver_.solve(in.row(in.r.y0), stride(in), out.row(out.r.y0), stride(out), workspace.get(),
+                         [&](double done) { call.progress(done); });
+  }
+
+ private:
+  triad::PlaneSolver<Real> solver_;
+};
 
 struct Platt {
   static constexpr tp::Info info{
-      "platt", "1.0", "Drives the subpixels so that the error an eye sees is least",
-      "The linear filter of Platt (2000), \"Optimal Filtering for Patterned Displays\": from a wide render, the "
-      "drives "
-      "of a panel's stripes whose light differs least from the render, weighed by how finely an eye sees each "
-      "frequency of luminance, red-green and blue-yellow. With lambda=0, flat-field=free, edge=wrap and "
-      "range=unbounded it is the published optimum; that asks for drives far outside [0, 1], and clipped it is worse "
-      "than a plain average, which is why lambda pulls it towards the displaced box by default.\n"
-      "engine=fft filters whole rows exactly. engine=fir convolves with as many cells as taps says; the report says "
-      "which share of the kernel that leaves out (truncation). taps=0 takes as many as leave out at most 0.001. "
-      "engine=auto takes whichever needs fewer operations; the choice depends on the parameters and the width only.\n"
-      "range=clip clamps the render to [0, 1] before filtering, as an ideal panel would, and the drives after it."};
+      "platt", "1.1", "Drives the subpixels so that the error an eye sees is least",
+      "From a wide render, the drives of a panel's subpixels whose light differs least from the render, weighed by "
+      "how "
+      "finely an eye sees each frequency of luminance, red-green and blue-yellow (Platt 2000, \"Optimal Filtering "
+      "for "
+      "Patterned Displays\").\n"
+      "range=constrained finds the best drives within [0, 1], what a panel can show, by iteration; it reports the "
+      "gap: "
+      "the error is at most that part of the displaced box's above the least possible. It stops at tolerance or "
+      "after "
+      "iterations; 15 do for a preview.\n"
+      "range=unbounded is the linear filter; with lambda=0, flat-field=free and edge=wrap the published optimum. "
+      "That "
+      "asks for drives far outside [0, 1], and range=clip, which clips it, is worse than a plain average at small "
+      "lambda. engine=fft filters whole rows exactly; engine=fir convolves with as many cells as taps says and "
+      "reports which share of the kernel that leaves out (truncation), taps=0 taking as many as leave out at most "
+      "0.001; engine=auto takes whichever needs fewer operations.\n"
+      "mode=rows takes rows one by one and streams; mode=plane takes the whole picture at once, for panels whose "
+      "rows do not stand alone. auto is rows where the layout allows it.\n"
+      "The render is clamped to [0, 1] first, as an ideal panel would, unless range=unbounded."};
   std::string layout;
   triad::Csf csf;
   double ppd, lambda, luminance;
@@ -142,17 +124,18 @@ struct Platt {
   triad::Edge edge;
   EngineChoice engine;
   int taps;
-  Clipping range;
+  Displayed range;
+  Mode mode;
+  int iterations;
+  double tolerance;
   Precision precision;
   std::vector<double> origin;
 
-  static constexpr double kOrigin[] = {0, 0};
   static constexpr double kTruncationTarget = 1e-3;  // of the kernel's absolute sum: below a step of 8 bits
 
   static constexpr auto params() {
     return tp::list(
-        tp::text<&Platt::layout>("layout", "how the subpixels lie: rgb, bgr or the path of a layout's TOML file",
-                                 {.def = "rgb"}),
+        tp::text<&Platt::layout>("layout", display_parameters::kLayoutDoc, {.def = "rgb"}),
         tp::choice<&Platt::csf, "scielab", "kolpatzik-bouman">("csf", "how finely an eye sees"),
         tp::number<&Platt::ppd>("ppd", "pixels per degree of visual angle; 40 is 96 dpi at 60 cm",
                                 {.def = 40, .min = 1, .max = 10000, .unit = "ppd"}),
@@ -163,21 +146,28 @@ struct Platt {
         tp::choice<&Platt::channels, "gains", "raw">(
             "channels", "gains makes the three opponent channels comparably visible; raw leaves them as they are"),
         tp::choice<&Platt::edge, "mirror", "wrap">("edge", "what lies beyond the ends of a row"),
-        tp::choice<&Platt::engine, "auto", "fft", "fir">("engine", "how the filter is applied"),
+        tp::choice<&Platt::range, "constrained", "clip", "unbounded">(
+            "range", "the best drives within [0, 1], the linear filter clamped to it, or that filter as it is"),
+        tp::choice<&Platt::mode, "auto", "rows", "plane">("mode", "whether rows are taken one by one"),
+        tp::integer<&Platt::iterations>("iterations", "of range=constrained, at most; 0 is the displaced box",
+                                        {.def = 40, .min = 0, .max = 100000}),
+        tp::number<&Platt::tolerance>("tolerance", "the gap at which range=constrained stops; 0 runs all iterations",
+                                      {.def = .01, .min = 0, .max = 1}),
+        tp::choice<&Platt::engine, "auto", "fft", "fir">("engine", "how the linear filter is applied"),
         tp::integer<&Platt::taps>("taps", "cells of the convolution, an odd number; 0 chooses",
                                   {.def = 0, .min = 0, .max = 16777215, .unit = "cells"}),
-        tp::choice<&Platt::range, "clip", "unbounded">("range", "whether render and drives are clamped to [0, 1]"),
         tp::choice<&Platt::precision, "float", "double">("precision",
                                                          "of the filtering; the design is always double"),
         tp::number<&Platt::luminance>("luminance", "mean luminance of the display, for csf=kolpatzik-bouman",
                                       {.def = 11, .min = .01, .max = 1e6, .unit = "cd/m2"}),
-        tp::numbers<&Platt::origin>("origin", "the picture's place on the panel; all are alike for stripes",
-                                    {.def = kOrigin, .max_count = 2, .unit = "px"}));
+        tp::numbers<&Platt::origin>("origin", display_parameters::kOriginDoc,
+                                    {.def = display_parameters::kOrigin, .max_count = 2, .unit = "px"}));
   }
   static constexpr auto inputs() { return tp::list(tp::Input{"image", "a wide render", "rgb", "linear"}); }
 
   struct State {
-    int64_t clamped_inputs, clipped_outputs;
+    int64_t clamped_inputs, clipped_outputs, rows;
+    triad::SolveResult solved;
   };
 
   void create(tp::Call&) {
@@ -185,7 +175,23 @@ struct Platt {
     if (taps > 0 && taps % 2 == 0)
       throw tp::Error(TRIAD_E_PARAM, "taps=" + std::to_string(taps) + " has no middle: " + std::to_string(taps - 1) +
                                          " or " + std::to_string(taps + 1) + " would do");
-    panel_ = display_parameters::stripes(layout);
+    panel_ = display_parameters::in_library([&] { return triad::load_layout(layout); });
+    const bool rows_alone = panel_.has_independent_rows();
+    if (mode == Mode::kRows && !rows_alone)
+      throw tp::Error(TRIAD_E_PARAM,
+                      "the rows of layout " + panel_.name + " do not stand alone: mode=plane solves it");
+    plane_ = mode == Mode::kPlane || (mode == Mode::kAuto && !rows_alone);
+    if (range == Displayed::kConstrained) {
+      if (engine != EngineChoice::kAuto || taps != 0)
+        throw tp::Error(TRIAD_E_PARAM, std::string(taps != 0 ? "taps" : "engine") +
+                                           " is of the linear filter: it needs range=clip or range=unbounded");
+    } else if (plane_ || !panel_.is_rows()) {
+      throw tp::Error(
+          TRIAD_E_PARAM,
+          "the linear filter of range=clip and range=unbounded works on rows of vertical stripes, one per "
+          "channel, as rgb or bgr; range=constrained works on " +
+              panel_.name);
+    }
   }
 
   void plan(tp::PlanCall& call) {
@@ -198,15 +204,29 @@ struct Platt {
     observer.csf = csf;
     observer.gains = channels;
     observer.luminance_nits = luminance;
-    display_parameters::in_library([&] { design(call, observer, call.out.width); });
     call.plan.threads = TRIAD_REENTRANT;
     call.plan.edge = edge == triad::Edge::kMirror ? TRIAD_EDGE_MIRROR : TRIAD_EDGE_WRAP;
-    // With either engine: one such value would spoil a row, or as many pixels as the kernel is long.
+    // Whatever the method: one such value would spoil a row, or as many pixels as the kernel is long.
     call.plan.nonfinite = TRIAD_NONFINITE_ZERO;
+    display_parameters::in_library([&] {
+      if (range == Displayed::kConstrained) {
+        if (precision == Precision::kFloat) {
+          prepare<float>(call, observer);
+        } else {
+          prepare<double>(call, observer);
+        }
+      } else {
+        design(call, observer, call.out.width);
+      }
+    });
   }
 
   void need(int, triad_rect out, tp::Needs& needs) const {
     const int cells = panel_.cells_x;
+    if (!engine_) {  // whole rows, or the whole picture
+      needs[0] = {0, out.y0 * panel_.cells_y, width_cells_, out.y1 * panel_.cells_y};
+      return;
+    }
     needs[0] = engine_->whole_rows() ? triad_rect{0, out.y0, width_cells_, out.y1}
                                      : triad_rect{out.x0 * cells + engine_->first_cell(), out.y0,
                                                   (out.x1 - 1) * cells + engine_->last_cell() + 1, out.y1};
@@ -216,7 +236,13 @@ struct Platt {
     const auto in = call.in(0);
     const auto out = call.out();
     const int cells = panel_.cells_x;
-    const bool clip = range == Clipping::kClip;
+    if (!engine_) {
+      for (int y = in.r.y0; y < in.r.y1; ++y) state.clamped_inputs += outside(in.row(y), in.row_floats());
+      state.solved = optimum_->rows(call);
+      state.rows = plane_ ? 1 : call.r.y1 - call.r.y0;
+      return;
+    }
+    const bool clip = range == Displayed::kClip;
     const auto clamped = call.scratch<float>(clip ? static_cast<size_t>(in.row_floats()) : 0);
     // The cells of this strip's own pixels are counted, those that strips share are not.
     const int64_t own = 3 * int64_t{cells} * (call.r.x1 - call.r.x0);
@@ -242,15 +268,49 @@ struct Platt {
   void merge(int, State& into, const State& from) const {
     into.clamped_inputs += from.clamped_inputs;
     into.clipped_outputs += from.clipped_outputs;
+    if (into.rows == 0) into.solved.converged = true;  // zero bytes say it is not
+    into.solved.add(from.solved);
+    into.rows += from.rows;
   }
 
   void end_pass(tp::EndCall& call, const State& state) {
-    if (range != Clipping::kClip) return;
+    if (range == Displayed::kUnbounded) return;
     call.report("clamped-inputs", static_cast<double>(state.clamped_inputs));
-    call.report("clipped-outputs", static_cast<double>(state.clipped_outputs));
+    if (range == Displayed::kClip) {
+      call.report("clipped-outputs", static_cast<double>(state.clipped_outputs));
+      return;
+    }
+    const triad::SolveResult& all = state.solved;
+    const auto rows = static_cast<double>(std::max<int64_t>(1, state.rows));
+    call.report("gap", all.gap());
+    call.report("iterations", all.iterations);
+    call.report("converged", all.converged);
+    // As the metric display measures, lambda's share included, on the ring of the picture and its surroundings.
+    call.report("rmse", std::sqrt(all.best / rows));
+    call.report("rmse-displaced-box", std::sqrt(all.start / rows));
+    if (!all.converged && tolerance > 0 && iterations > 0)
+      call.warn("the gap is " + std::to_string(all.gap()) + " after " + std::to_string(all.iterations) +
+                " iterations, above the tolerance of " + std::to_string(tolerance) + (plane_ ? "" : " in some rows") +
+                "; more iterations would close it");
   }
 
  private:
+  template <class Real>
+  void prepare(tp::PlanCall& call, const triad::Observer& observer) {
+    const triad::SolveOptions options{
+        {.lambda = lambda, .exact_flat_fields = flat_field == FlatField::kExact}, iterations, tolerance};
+    const int x = static_cast<int>(origin[0]), y = static_cast<int>(origin[1]);
+    if (!plane_) {
+      optimum_ = std::make_unique<RowOptimum<Real>>(
+          triad::RowSolver<Real>(panel_, observer, call.out.width, x, edge, options));
+      return;
+    }
+    triad::PlaneSolver<Real> solver(panel_, observer, call.out.width, call.out.height, x, y, edge, options);
+    call.plan.strip_rows = -1;
+    call.work_bytes(solver.workspace_bytes());
+    optimum_ = std::make_unique<PlaneOptimum<Real>>(std::move(solver));
+  }
+
   void design(tp::PlanCall& call, const triad::Observer& observer, int width_px) {
     const triad::FilterDesign filter(panel_, observer, triad::ring_px(width_px, edge),
                                      {.lambda = lambda, .exact_flat_fields = flat_field == FlatField::kExact});
@@ -262,9 +322,9 @@ struct Platt {
       if (engine == EngineChoice::kFir || triad::convolution_is_cheaper(count, width_px, panel_.cells_x, edge)) {
         const auto kernels = response.truncated(count);
         if (precision == Precision::kFloat) {
-          engine_ = std::make_unique<FirEngine<float>>(panel_.cells_x, kernels);
+          engine_ = std::make_unique<platt_engines::FirEngine<float>>(panel_.cells_x, kernels);
         } else {
-          engine_ = std::make_unique<FirEngine<double>>(panel_.cells_x, kernels);
+          engine_ = std::make_unique<platt_engines::FirEngine<double>>(panel_.cells_x, kernels);
         }
         call.report("taps", count);
         call.report("truncation", response.truncation_error(count));
@@ -272,15 +332,17 @@ struct Platt {
       }
     }
     if (precision == Precision::kFloat) {
-      engine_ = std::make_unique<FftEngine<float>>(filter, width_px, edge);
+      engine_ = std::make_unique<platt_engines::FftEngine<float>>(filter, width_px, edge);
     } else {
-      engine_ = std::make_unique<FftEngine<double>>(filter, width_px, edge);
+      engine_ = std::make_unique<platt_engines::FftEngine<double>>(filter, width_px, edge);
     }
   }
 
   triad::Layout panel_;
   int width_cells_ = 0;
-  std::unique_ptr<Engine> engine_;
+  bool plane_ = false;
+  std::unique_ptr<Engine> engine_;    // of the linear filter
+  std::unique_ptr<Optimum> optimum_;  // of range=constrained
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ declare -A title=(
   [subpixel]='a sample for each subpixel'
   [clipped]='Platt 2000, clipped to 0 ... 1'
   [unbounded]='Platt 2000, unbounded'
-  [regularised]='platt as it is by default'
+  [regularised]='platt: the best within 0 ... 1'
 )
 # The filter of 2000 as its author has it: nothing but the least error, on a row whose ends meet.
 readonly optimum='platt:engine=fft,lambda=0,flat-field=free,edge=wrap'

@@ -70,8 +70,13 @@ void list(const ListOptions& options) {
     root["layouts"] = nlohmann::ordered_json::array();
     text += "layouts\n";
     for (const std::string& name : layout_names()) {
-      root["layouts"].push_back(name);
-      text += "  " + name + "\n";
+      const Layout layout = load_layout(name);
+      root["layouts"].push_back({{"id", name},
+                                 {"summary", layout.summary},
+                                 {"cells", {layout.cells_x, layout.cells_y}},
+                                 {"tile", {layout.tile_x, layout.tile_y}}});
+      text += fmt::format("  {:<16} cells {}x{}, repeats after {}x{} px: {}\n", name, layout.cells_x, layout.cells_y,
+                          layout.tile_x, layout.tile_y, layout.summary);
     }
   }
   if (wanted("strategies")) {

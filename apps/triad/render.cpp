@@ -42,6 +42,7 @@ struct Options {
 struct Job {
   PictureSize picture, film;
   Cells cells;
+  std::string layout;  // whose cells these are; "" none
   RenderOptions render;
   std::unique_ptr<Strategy> strategy;
   raytracer::SourceOptions source;
@@ -80,7 +81,11 @@ std::unique_ptr<Strategy> choose_strategy(const Options& options) {
 Job check(const Options& options) {
   Job job;
   job.picture = parse_size(options.size, "--size");
-  if (!options.cells.empty()) job.cells = parse_cells_or_layout(options.cells, "--cells");
+  if (!options.cells.empty()) {
+    const CellsOfLayout chosen = parse_cells_or_layout(options.cells, "--cells");
+    job.cells = chosen.cells;
+    job.layout = chosen.layout;
+  }
   job.film = film_size(job.picture, job.cells);
   job.strategy = choose_strategy(options);
   if (options.seed < 0)
@@ -173,6 +178,7 @@ std::string record(const Options& options, const Job& job, const raytracer::Scen
   root["output"] = options.output;
   root["size"] = {job.picture.width, job.picture.height};
   root["cells"] = {job.cells.x, job.cells.y};
+  root["layout"] = job.layout.empty() ? Json(nullptr) : Json(job.layout);
   root["strategy"] = job.strategy->text();
   root["seed"] = options.seed;
   root["effects"] = raytracer::effects_text(source.effects());
@@ -235,10 +241,11 @@ void render(const Options& options) {
   if (result.samples == 0) check_cancel();  // there is nothing to keep
   seconds.render = watch.lap();
 
-  const Facts facts{{"scene", options.scene},
-                    {"camera", camera_name(*scene)},
-                    {"effects", raytracer::effects_text(source->effects())},
-                    {"bounces", std::to_string(options.bounces)}};
+  Facts facts{{"scene", options.scene},
+              {"camera", camera_name(*scene)},
+              {"effects", raytracer::effects_text(source->effects())},
+              {"bounces", std::to_string(options.bounces)}};
+  if (!job.layout.empty()) facts.emplace_back("layout", job.layout);
   write_picture(options.output, render_picture(result, *job.strategy, job.render, *source, job.cells, facts), job);
   seconds.write = watch.lap();
   if (options.json != "-")
@@ -268,7 +275,8 @@ void setup_render(CLI::App& app) {
                    fmt::format("Stop once the estimated error is reached; takes at most --spp, or {}", kMostForUntil))
       ->type_name("rmse=V");
   verb->add_option("--cells", options->cells,
-                   "Fine cells per display pixel, as in 3x1, or a layout's name: a wide render of the same view")
+                   "Fine cells per display pixel, as in 3x1, or a layout's name or path (see triad list layouts): a "
+                   "wide render of the same view")
       ->type_name("XxY");
   verb->add_option("--camera", options->camera, "A camera's name, or number from 0 (default: the scene's first)")
       ->type_name("NAME");
@@ -295,6 +303,7 @@ void setup_render(CLI::App& app) {
       "Examples:\n"
       "  triad render cornell -o cornell.exr --size 400x225 --spp 64\n"
       "  triad render house.glb -o wide.exr --size 1200x675 --spp 64 --cells 3x1\n"
+      "  triad render house.glb -o oled.exr --size 1200x675 --spp 64 --cells qd-oled\n"
       "  triad render house.glb -o truth.exr --size 1200x675 --until rmse=1e-3 --json truth.json\n"
       "  triad render house.glb -o edges.exr --size 1200x675 --strategy grid:n=4 --aov depth,normal\n"
       "Ctrl-C writes what is done so far, marks it triad:partial, and exits with 130.\n"

@@ -127,6 +127,11 @@ class PlanCall : public Call {
       : Call(call), inputs(n), out(o), plan(p), in_(in) {}
   bool has(int i) const { return i < inputs && in_[i]; }
   const triad_image& in(int i) const { return *in_[i]; }
+  // What one call of strip() allocates and the instance keeps, for the host's memory plan. Hosts before 1.1 do
+  // not ask.
+  void work_bytes(uint64_t bytes) {
+    if (TRIAD_HAS(&plan, triad_plan, work_bytes)) plan.work_bytes = bytes;
+  }
   const int inputs;
   triad_image& out;
   triad_plan& plan;

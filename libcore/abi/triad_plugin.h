@@ -47,7 +47,7 @@ extern "C" {
 
 #define TRIAD_ABI_MAGIC 0x31444954u /* "TID1" read as little-endian bytes */
 #define TRIAD_ABI_MAJOR 1u          /* repeated in the exported symbol's name */
-#define TRIAD_ABI_MINOR 0u
+#define TRIAD_ABI_MINOR 1u
 
 /* Whether the maker of the record *p knew its member f. */
 #define TRIAD_HAS(p, T, f) ((p)->struct_size >= offsetof(T, f) + sizeof((p)->f))
@@ -187,6 +187,10 @@ typedef struct {
    * such input values by 0, counts them and warns. KEEP: they reach only the pixels within need(). */
   int32_t nonfinite;
   uint64_t state_bytes; /* an accumulator of the host's, zeroed for each strip; 0 none */
+  /* Since 1.1. What one call of strip allocates beside its pictures, scratch included, and what the instance keeps
+   * from plan on; 0 where that is little. The host adds it to the memory it plans with, and refuses the run where
+   * --max-memory is below. */
+  uint64_t work_bytes;
 } triad_plan;
 
 typedef struct {
@@ -206,10 +210,10 @@ typedef struct {
   /* out is NULL before the last pass, and where no map is wanted. Every pixel of out must be written. */
   triad_status (*strip)(void* inst, triad_call*, int32_t pass, triad_rect r, const triad_strip* const* in,
                         const triad_strip* out, void* state);
-  /* into += from, called with ascending y. May be NULL when state_bytes is 0. Not called for a filter's last
-   * pass, which gives a picture and nothing else. */
+  /* into += from, called with ascending y. May be NULL when state_bytes is 0. In a filter's last pass the states of
+   * rows that are made a second time, for another strip, are left out (since 1.1; 1.0 merged none of that pass). */
   triad_status (*merge)(const void* inst, triad_call*, int32_t pass, void* into, const void* from);
-  /* scores: n_scores doubles, in the last pass of a metric; else NULL. May be NULL for a one-pass filter. */
+  /* Once a pass, after its last strip. scores: n_scores doubles, in the last pass of a metric; else NULL. May be NULL for a one-pass filter. */
   triad_status (*end_pass)(void* inst, triad_call*, int32_t pass, const void* state, double* scores);
 } triad_stage;
 

@@ -2,6 +2,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <memory>
 #include <triad/base/parallel.hpp>
@@ -24,7 +25,9 @@ int thread_limit() { return g_threads > 0 ? g_threads : tbb::info::default_concu
 
 void parallel_for(int64_t n, const std::function<void(int64_t)>& body) {
   if (n <= 0) return;
-  tbb::parallel_for(int64_t{0}, n, [&](int64_t i) { body(i); });
+  if (n == 1) return body(0);
+  // Isolated: a thread that waits here must not pick up other work of this process, such as another strip.
+  tbb::this_task_arena::isolate([&] { tbb::parallel_for(int64_t{0}, n, [&](int64_t i) { body(i); }); });
 }
 
 }  // namespace triad

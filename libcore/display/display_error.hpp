@@ -1,40 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much of the difference between what a panel shows and what it should show an eye can see.
 //
-// Per row: e = sum over opponent channels c and frequencies n of W_c(f_n) |E_c(n)|^2 / N^2, W = MTF^2, where E
-// is the unnormalised DFT over the N fine cells of (light of the panel) - (light of the target), in opponent
-// space with the channels' gains: Platt (2000), rows taken one by one. By Parseval e is the mean, over the
-// row's cells, of the squared error as the eye has blurred it, and so is computed in space: pixels can be
-// weighed, and a map falls out. Units: linear light with white at 1, squared; rmse = sqrt(mean of e over rows).
+// In the plane: e = sum over opponent channels c and frequencies n = (nx, ny) of W_c(f_n) |E_c(n)|^2 / (Nx Ny)^2,
+// f = sqrt(fx^2 + fy^2), W = MTF^2, where E is the unnormalised DFT over the Nx x Ny fine cells of (light of the
+// panel) - (light of the target), in opponent space with the channels' gains. By rows, after Platt (2000): the same
+// for each row as a picture of its own that is constant in y, and e the mean over rows. The two are equal for
+// pictures that are constant in y. By Parseval e is the mean, over the cells, of the squared error as the eye has
+// blurred it, and so is computed in space: pixels can be weighed, and a map falls out. Units: linear light with
+// white at 1, squared; rmse = sqrt(e).
 //
-// Edges: kWrap takes the row as a ring of N = S W cells. kMirror continues both pictures with their mirror
-// images, on a panel that goes on as it was, N = 2 S W, and keeps the error of the W pixels that are there.
-// A white picture scores what the eye sees of the panel's own stripes: 2e-6 at 40 ppd, 0 at 120.
+// Edges: PanelTorus. A white picture scores what the eye sees of the panel's own structure: for stripes 2e-6 at
+// 40 ppd, 0 at 120.
 #pragma once
 
-#include <complex>
+#include <array>
 #include <cstdint>
-#include <triad/display/layout.hpp>
-#include <triad/display/row_filter.hpp>
+#include <triad/display/panel_torus.hpp>
+#include <triad/display/s_cielab.hpp>
 #include <triad/display/vision.hpp>
-#include <triad/numeric/aligned.hpp>
-#include <triad/numeric/fft.hpp>
+#include <triad/numeric/plane_blur.hpp>
 #include <triad/numeric/sum.hpp>
+#include <vector>
 
 namespace triad {
 
-enum class Range {
-  kClip,      // test and target are first clamped to [0, 1]: what a panel can show, and what it could
-  kUnbounded  // as they are: Platt's own measure
-};
-
-// Immutable and thread-safe; each thread needs a Workspace of its own.
+// Immutable and thread-safe; each thread needs a Workspace of its own. Whole pictures are measured on all threads of
+// the process; the same pictures give the same bits for any number of them.
 class DisplayError {
  public:
-  // Throws Error(kUsage): layout not is_rows(), observer refused, width outside 1 .. 2^26.
+  // Row by row. Throws Error(kUsage): layout without independent rows, observer refused, width outside 1 .. 2^26.
   DisplayError(const Layout& layout, const Observer& observer, int width_px, Edge edge, Range range);
+  // What the shape says: in the plane, or row by row for one_row. Throws Error(kUsage): observer or shape refused.
+  DisplayError(const Layout& layout, const Observer& observer, const PanelTorus::Shape& shape, Range range);
 
-  int width_px() const { return width_px_; }
+  const PanelTorus& torus() const { return torus_; }
+  int width_px() const { return torus_.shape().width_px; }
+  int height_px() const { return torus_.shape().height_px; }
+  // What a Workspace holds.
+  uint64_t workspace_bytes() const;
 
   class Workspace {
    public:
@@ -42,26 +45,51 @@ class DisplayError {
 
    private:
     friend class DisplayError;
-    AlignedBuffer<double> error_[3];
-    AlignedBuffer<std::complex<double>> spectrum_;
+    PlaneBlur::Workspace blur_;
+    std::vector<float> clamped_;        // the test picture
+    std::vector<double> row_energies_;  // [fine row][pixel]
   };
 
   struct Clamped {
     int64_t test_pixels = 0, target_cells = 0;  // with at least one channel outside [0, 1]; 0 if kUnbounded
   };
 
-  // test: width_px RGB pixels; target: cells_x * width_px RGB cells. energy[x * 3 + c]: the mean over pixel
-  // x's cells of channel c's squared blurred error, never negative; e = sum of energy / width_px.
+  // test: width_px * height_px RGB pixels; target: the fine picture, cells_x * cells_y times as many.
+  // energy[(y * width_px + x) * 3 + c]: the mean over the pixel's cells of channel c's squared blurred error, never
+  // negative; e = sum of energy / pixels.
+  Clamped picture(const PictureView& test, const PictureView& target, double* energy, Workspace& workspace) const;
+  // The same where pictures are one row high.
   Clamped row(const float* test, const float* target, double* energy, Workspace& workspace) const;
 
+  // What conventional antialiasing would show: each pixel the mean of its own cells, clamped first if kClip.
+  // drives: width_px * height_px RGB pixels, the rows touching.
+  void pixel_average(const PictureView& target, float* drives) const;
+
+  // S-CIELAB between the light of the panel and the target: delta_e[y * width_px + x] is the mean over the pixel's
+  // cells. Clamps as picture() does.
+  class PerceivedWorkspace {
+   public:
+    explicit PerceivedWorkspace(const DisplayError& measure);
+
+   private:
+    friend class DisplayError;
+    SCielab::Workspace scielab_;
+    std::vector<float> clamped_;
+    std::vector<double> row_sums_;
+  };
+  uint64_t perceived_workspace_bytes() const;
+  void delta_e(const PictureView& test, const PictureView& target, double* delta_e,
+               PerceivedWorkspace& workspace) const;
+
  private:
-  Layout layout_;
-  int width_px_, ring_px_;
+  PictureView shown(const PictureView& test, std::vector<float>& clamped, int64_t& outside) const;
+
+  PanelTorus torus_;
   Range range_;
-  double opponent_[9];
-  double emission_[3][3];  // [rgb channel that drives][opponent channel]: cells_x * C P_e
-  RealFft<double> ring_;
-  AlignedBuffer<double> weights_[3];  // MTF at each frequency, over the number of cells
+  PlaneBlur blur_;
+  SCielab scielab_;
+  std::array<double, 9> opponent_;
+  PlaneBlur::Transfer transfer_[3];
 };
 
 // Weighted sums of energies over pixels. A plain record: all bytes zero is empty, and it may be copied as
@@ -81,8 +109,24 @@ struct DisplayTotals {
   double share(int c) const;
 };
 
-// Pixels that `border=auto` leaves out at each end of a row, ceil(ppd / 5) but always leaving one pixel or two:
-// there, what is imagined beyond the edge shows.
-int automatic_border_px(double ppd, int width_px);
+// Weighted colour differences over pixels: their mean and percentiles. A plain record like DisplayTotals.
+struct DeltaTotals {
+  // Delta E in steps of 1/64 octave from 2^-10 to 2^10; what is below or above counts in the first or last.
+  static constexpr int kBinsPerOctave = 64, kLowestOctave = -10, kOctaves = 20;
+  static constexpr int kBins = kBinsPerOctave * kOctaves;
+
+  NeumaierSum sum, weight;
+  double bins[kBins];
+
+  void add(double delta_e, double w);
+  void merge(const DeltaTotals& later);
+  double mean() const { return sum.value() / weight.value(); }
+  // The Delta E that the share p of all weight does not exceed, to 1%; 0 where it is below 2^-10. p in 0 .. 1.
+  double percentile(double p) const;
+};
+
+// Pixels that `border=auto` leaves out at each end of a row or column, ceil(ppd / 5) but always leaving one pixel or
+// two: there, what is imagined beyond the edge shows.
+int automatic_border_px(double ppd, int size_px);
 
 }  // namespace triad

@@ -132,16 +132,6 @@ class TileFrequency {
 
 }  // namespace
 
-BoxWindow displaced_box(const Layout& layout, int emitter) {
-  const double left = layout.emitters[emitter].centre_x() - .5 * layout.cells_x;
-  const double right = left + layout.cells_x;
-  BoxWindow box;
-  box.first_cell = static_cast<int>(std::floor(left));
-  for (int cell = box.first_cell; cell < right; ++cell)
-    box.weights.push_back((std::min(right, cell + 1.0) - std::max<double>(left, cell)) / layout.cells_x);
-  return box;
-}
-
 FilterDesign::FilterDesign(const Layout& layout, const Observer& observer, int tiles, const FilterOptions& options)
     : layout_(layout), tiles_(tiles), exact_flat_fields_(options.exact_flat_fields) {
   require_rows(layout);

@@ -16,6 +16,7 @@
 
 #include <array>
 #include <complex>
+#include <triad/display/displaced_box.hpp>
 #include <triad/display/layout.hpp>
 #include <triad/display/vision.hpp>
 #include <triad/numeric/polyphase.hpp>
@@ -66,14 +67,6 @@ class FilterDesign {
   int fallback_frequencies_ = 0;
   std::vector<std::complex<double>> transfer_;
 };
-
-// The displaced box of emitter e: weights of the fine cells first_cell .. first_cell + weights.size() - 1,
-// counted from the pixel's first cell; they sum to 1.
-struct BoxWindow {
-  int first_cell = 0;
-  std::vector<double> weights;
-};
-BoxWindow displaced_box(const Layout& layout, int emitter);
 
 // The design's kernels, once in full, from which truncated ones are cut.
 class ImpulseResponse {

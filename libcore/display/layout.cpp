@@ -18,10 +18,10 @@ namespace fs = std::filesystem;
 namespace triad {
 namespace {
 
-constexpr int kMaxSide = 16;         // cells of a pixel and pixels of a tile, each way
-constexpr size_t kMaxEmitters = 64;  // far above PenTile's 8 a tile of 2 x 2
+constexpr int kMaxSide = 16;  // cells of a pixel and pixels of a tile, each way
 // Shares and primaries are typed by people: "0.333333" must do, a forgotten emitter must not.
 constexpr double kSumTolerance = 1e-5;
+constexpr const char* kDeriveWhite = "w = min(r, g, b)";
 
 // Reads one file's values and names the file and key in every complaint.
 class Checker {
@@ -79,9 +79,18 @@ Emitter read_emitter(const Checker& check, const toml::table& table, const std::
   emitter.pixel_x = check.whole(pixel[0], where + "pixel", 0, layout.tile_x - 1);
   emitter.pixel_y = check.whole(pixel[1], where + "pixel", 0, layout.tile_y - 1);
   const std::string channel = check.text(table, where, "channel");
-  const size_t index = channel.size() == 1 ? std::string("rgb").find(channel) : std::string::npos;
-  if (index == std::string::npos) check.fail(where + "channel is '" + channel + "': \"r\", \"g\" or \"b\" is needed");
+  const std::string channels = layout.derives_white ? "rgbw" : "rgb";
+  const size_t index = channel.size() == 1 ? channels.find(channel) : std::string::npos;
+  if (index == std::string::npos)
+    check.fail(where + "channel is '" + channel + "': \"r\", \"g\" or \"b\" is needed, or \"w\" with derive = \"" +
+               kDeriveWhite + "\"");
   emitter.channel = static_cast<int>(index);
+  for (size_t i = 0; i < layout.emitters.size(); ++i) {
+    const Emitter& other = layout.emitters[i];
+    if (other.channel == emitter.channel && other.pixel_x == emitter.pixel_x && other.pixel_y == emitter.pixel_y)
+      check.fail(where + "emitter " + std::to_string(i + 1) +
+                 " has the same pixel and channel; write one emitter with " + "the cells of both");
+  }
 
   const toml::array* cells = table["cells"].as_array();
   if (!cells || cells->empty()) check.fail(where + "cells must be a list of [x, y, share]");
@@ -107,6 +116,43 @@ Emitter read_emitter(const Checker& check, const toml::table& table, const std::
   return emitter;
 }
 
+// That each colour is there, and that a white picture gives white light.
+void check_white(const Checker& check, const Layout& layout) {
+  static constexpr const char* kColours[] = {"red", "green", "blue"};
+  std::array<double, 3> white{};
+  for (const Emitter& emitter : layout.emitters)
+    for (size_t i = 0; i < 3; ++i)
+      if (emitter.channel != kWhiteChannel) white[i] += emitter.primary[i];
+  const double pixels = layout.tile_x * layout.tile_y;
+  for (size_t i = 0; i < 3; ++i)
+    if (white[i] <= 0) check.fail(std::string("no emitter gives ") + kColours[i] + " light");
+  for (const double sum : white)
+    if (std::abs(sum - pixels) > kSumTolerance * pixels)
+      check.fail("the primaries sum to (" + format_double(white[0]) + ", " + format_double(white[1]) + ", " +
+                 format_double(white[2]) + "): each must be " + format_double(pixels) +
+                 ", the pixels of a tile, so that all emitters together are white");
+}
+
+// That every pixel has what the rule of Layout::derives_white needs.
+void check_derived(const Checker& check, const Layout& layout) {
+  for (int y = 0; y < layout.tile_y; ++y)
+    for (int x = 0; x < layout.tile_x; ++x) {
+      std::array<double, 3> missing{};
+      int found = 0;
+      for (const Emitter& emitter : layout.emitters) {
+        if (emitter.pixel_x != x || emitter.pixel_y != y) continue;
+        ++found;
+        for (size_t i = 0; i < 3; ++i)
+          missing[i] += emitter.channel == kWhiteChannel ? -emitter.primary[i] : emitter.primary[i];
+      }
+      const std::string pixel = "pixel [" + std::to_string(x) + ", " + std::to_string(y) + "]: ";
+      if (found != 4) check.fail(pixel + "emitters of the channels r, g, b and w are needed to derive w");
+      for (const double light : missing)
+        if (std::abs(light) > kSumTolerance)
+          check.fail(pixel + "the primary of w must be the sum of those of r, g and b, which it stands in for");
+    }
+}
+
 std::string layouts_folder() { return (fs::path(data_folder()) / "layouts").string(); }
 
 }  // namespace
@@ -123,13 +169,21 @@ double Emitter::centre_y() const {
   return sum;
 }
 
+bool Layout::has_independent_rows() const {
+  if (cells_y != 1 || tile_y != 1) return false;
+  for (const Emitter& emitter : emitters)
+    for (const EmitterCell& cell : emitter.cells)
+      if (cell.y != 0) return false;
+  return true;
+}
+
 bool Layout::is_rows() const {
-  if (cells_y != 1 || tile_x != 1 || tile_y != 1 || emitters.size() != 3) return false;
+  if (!has_independent_rows() || tile_x != 1 || emitters.size() != 3) return false;
   unsigned driven = 0;
   for (const Emitter& emitter : emitters) {
     driven |= 1u << emitter.channel;
     for (const EmitterCell& cell : emitter.cells)
-      if (cell.y != 0 || cell.x < 0 || cell.x >= cells_x) return false;
+      if (cell.x < 0 || cell.x >= cells_x) return false;
   }
   return driven == 7;
 }
@@ -149,7 +203,7 @@ Layout parse_layout(const std::string& text, const std::string& origin) {
     check.fail("line " + std::to_string(error.source().begin.line) + ": " +
                printable(std::string(error.description())));
   }
-  check.only(table, "", {"name", "summary", "pixel_cells", "tile_pixels", "emitter"});
+  check.only(table, "", {"name", "summary", "pixel_cells", "tile_pixels", "derive", "emitter"});
   Layout layout;
   layout.name = check.text(table, "", "name");
   layout.summary = check.text(table, "", "summary");
@@ -160,22 +214,24 @@ Layout parse_layout(const std::string& text, const std::string& origin) {
   layout.tile_x = check.whole(tile[0], "tile_pixels", 1, kMaxSide);
   layout.tile_y = check.whole(tile[1], "tile_pixels", 1, kMaxSide);
 
+  if (table.contains("derive")) {
+    std::string rule = check.text(table, "", "derive");
+    std::string wanted = kDeriveWhite;
+    for (std::string* words : {&rule, &wanted}) std::erase(*words, ' ');
+    if (rule != wanted) check.fail("derive is '" + rule + "': \"" + kDeriveWhite + "\" is the rule that is known");
+    layout.derives_white = true;
+  }
+
   const toml::array* emitters = table["emitter"].as_array();
   if (!emitters || emitters->empty() || emitters->size() > kMaxEmitters)
     check.fail("1 to " + std::to_string(kMaxEmitters) + " [[emitter]] tables are needed");
-  std::array<double, 3> white{};
   for (const toml::node& node : *emitters) {
     const std::string where = "emitter " + std::to_string(layout.emitters.size() + 1) + ": ";
     if (!node.is_table()) check.fail(where + "must be a table, written [[emitter]]");
     layout.emitters.push_back(read_emitter(check, *node.as_table(), where, layout));
-    for (size_t i = 0; i < 3; ++i) white[i] += layout.emitters.back().primary[i];
   }
-  const double pixels = layout.tile_x * layout.tile_y;
-  for (const double sum : white)
-    if (std::abs(sum - pixels) > kSumTolerance * pixels)
-      check.fail("the primaries sum to (" + format_double(white[0]) + ", " + format_double(white[1]) + ", " +
-                 format_double(white[2]) + "): each must be " + format_double(pixels) +
-                 ", the pixels of a tile, so that all emitters together are white");
+  check_white(check, layout);
+  if (layout.derives_white) check_derived(check, layout);
   return layout;
 }
 

@@ -44,6 +44,20 @@ std::array<double, 9> opponent_matrix(const Observer& observer);
 // at frequency 0, falls with it, underflows to 0. An error's weight is its square.
 double mtf(const Observer& observer, int channel, double frequency_cpd);
 
+// One of the two Gaussians that mtf() sums for Csf::kScielab, term 0 or 1. They are products: its value at
+// f = sqrt(fx^2 + fy^2), times that at 0, is that at fx times that at fy.
+double scielab_term(int channel, int term, double frequency_cpd);
+
+// The transfer of S-CIELAB's published kernels, third Gaussian included: what the metric of that name uses. 1 at
+// frequency 0 for every channel.
+double scielab_metric_mtf(int channel, double frequency_cpd);
+
+// XYZ (CIE 1931, 2 degrees) to the opponent channels without gains: M[3 * channel + i].
+const std::array<double, 9>& xyz_to_opponent();
+
+// The inverse of a 3 x 3 matrix, row-major, which must have one.
+std::array<double, 9> inverse_3x3(const std::array<double, 9>& matrix);
+
 // Throws Error(kUsage) unless ppd is in 1 .. 10000, the luminance in .01 .. 1e6 and the matrix is finite and
 // invertible.
 void check_observer(const Observer& observer);

@@ -9,12 +9,13 @@
 #include <triad/base/error.hpp>
 #include <triad/numeric/aligned.hpp>
 #include <triad/numeric/fft.hpp>
+#include <tuple>
 #include <type_traits>
 
 namespace triad {
 namespace {
 
-enum class Kind { kForward, kInverse, kCosine, kInverseCosine };
+enum class Kind { kForward, kInverse, kCosine, kInverseCosine, kColumns, kInverseColumns };
 
 template <class Real>
 using Plan = std::conditional_t<std::is_same_v<Real, float>, fftwf_plan, fftw_plan>;
@@ -43,6 +44,16 @@ fftwf_plan make(Kind kind, int n, float* values, std::complex<float>* spectrum) 
   }
 }
 
+fftw_plan make_columns(Kind kind, int n, int columns, std::complex<double>* v) {
+  return fftw_plan_many_dft(1, &n, columns, as_fftw(v), nullptr, columns, 1, as_fftw(v), nullptr, columns, 1,
+                            kind == Kind::kColumns ? FFTW_FORWARD : FFTW_BACKWARD, FFTW_ESTIMATE);
+}
+
+fftwf_plan make_columns(Kind kind, int n, int columns, std::complex<float>* v) {
+  return fftwf_plan_many_dft(1, &n, columns, as_fftw(v), nullptr, columns, 1, as_fftw(v), nullptr, columns, 1,
+                             kind == Kind::kColumns ? FFTW_FORWARD : FFTW_BACKWARD, FFTW_ESTIMATE);
+}
+
 // FFTW's planner is one global object for both precisions, hence one lock.
 std::mutex& planner_lock() {
   static std::mutex lock;
@@ -50,19 +61,22 @@ std::mutex& planner_lock() {
 }
 
 template <class Real>
-const void* find_plan(Kind kind, size_t n) {
+const void* find_plan(Kind kind, size_t n, size_t columns = 1) {
   if (n < 1 || n > static_cast<size_t>(std::numeric_limits<int>::max()))
     throw_input("a row of " + std::to_string(n) + " samples cannot be transformed: lengths 1 to 2147483647 can");
   const std::lock_guard lock(planner_lock());
   // Never freed: plans are used by objects that live until the process ends.
-  static auto& plans = *new std::map<std::pair<Kind, size_t>, Plan<Real>>;
-  Plan<Real>& plan = plans[{kind, n}];
-  if (!plan) {
+  static auto& plans = *new std::map<std::tuple<Kind, size_t, size_t>, Plan<Real>>;
+  Plan<Real>& plan = plans[{kind, n, columns}];
+  if (!plan && (kind == Kind::kColumns || kind == Kind::kInverseColumns)) {
+    AlignedBuffer<std::complex<Real>> values(n * columns);
+    plan = make_columns(kind, static_cast<int>(n), static_cast<int>(columns), values.data());
+  } else if (!plan) {
     AlignedBuffer<Real> values(n);
     AlignedBuffer<std::complex<Real>> spectrum(n / 2 + 1);
     plan = make(kind, static_cast<int>(n), values.data(), spectrum.data());
-    if (!plan) throw_internal("FFTW has no plan for length " + std::to_string(n));
   }
+  if (!plan) throw_internal("FFTW has no plan for length " + std::to_string(n));
   return plan;
 }
 
@@ -134,9 +148,42 @@ void CosineTransform<Real>::inverse(const Real* spectrum, Real* values) const {
   execute_real(inverse_, spectrum, values);
 }
 
+template <class Real>
+ColumnFft<Real>::ColumnFft(size_t n, size_t columns)
+    : n_(n),
+      columns_(columns),
+      forward_(find_plan<Real>(Kind::kColumns, n, columns)),
+      inverse_(find_plan<Real>(Kind::kInverseColumns, n, columns)) {}
+
+namespace {
+
+template <class Real>
+void execute_columns(const void* plan, std::complex<Real>* values) {
+  require_aligned(values, nullptr);
+  if constexpr (std::is_same_v<Real, float>) {
+    fftwf_execute_dft(as_plan<Real>(plan), as_fftw(values), as_fftw(values));
+  } else {
+    fftw_execute_dft(as_plan<Real>(plan), as_fftw(values), as_fftw(values));
+  }
+}
+
+}  // namespace
+
+template <class Real>
+void ColumnFft<Real>::forward(std::complex<Real>* values) const {
+  execute_columns(forward_, values);
+}
+
+template <class Real>
+void ColumnFft<Real>::inverse(std::complex<Real>* values) const {
+  execute_columns(inverse_, values);
+}
+
 template class RealFft<float>;
 template class RealFft<double>;
 template class CosineTransform<float>;
 template class CosineTransform<double>;
+template class ColumnFft<float>;
+template class ColumnFft<double>;
 
 }  // namespace triad

@@ -52,4 +52,23 @@ class CosineTransform {
   const void *forward_, *inverse_;
 };
 
+// DFT of `columns` columns of n complex numbers that lie side by side: column c is values[c], values[columns + c],
+// values[2 columns + c] ... In place.
+template <class Real>
+class ColumnFft {
+ public:
+  ColumnFft(size_t n, size_t columns);
+  size_t size() const { return n_; }
+  size_t columns() const { return columns_; }
+
+  // values[k] = sum_j values[j] exp(-2 pi i jk / n), down each column.
+  void forward(std::complex<Real>* values) const;
+  // The same with exp(+2 pi i jk / n): n times the inverse of forward().
+  void inverse(std::complex<Real>* values) const;
+
+ private:
+  size_t n_, columns_;
+  const void *forward_, *inverse_;
+};
+
 }  // namespace triad

@@ -13,6 +13,7 @@ constexpr int kMaxChannels = 1024, kMaxCells = 64, kMaxPasses = 64;
 // A reconstruction filter's radius has nothing to do with how small a picture is.
 constexpr int64_t kAlwaysAllowedReach_px = 4096;
 constexpr uint64_t kMaxStateBytes = uint64_t{1} << 30;
+constexpr uint64_t kMaxWorkBytes = uint64_t{1} << 48;  // so that sums of such plans do not overflow
 
 std::string rect_text(triad_rect r) {
   return "x " + std::to_string(r.x0) + " to " + std::to_string(r.x1) + ", y " + std::to_string(r.y0) + " to " +
@@ -62,6 +63,8 @@ void check_plan(const StageInfo& info, const triad_image& first, const triad_ima
     refuse("plan.strip-rows", "strip_rows = " + std::to_string(plan.strip_rows) + "; -1, 0 or more is right");
   if (plan.state_bytes >= kMaxStateBytes)
     refuse("plan.state", "a state of " + std::to_string(plan.state_bytes) + " bytes; less than 1 GiB is right");
+  if (plan.work_bytes > kMaxWorkBytes)
+    refuse("plan.work", std::to_string(plan.work_bytes) + " bytes to work with; at most 2^48 is right");
   if (plan.state_bytes > 0 && !info.desc->stage->merge) refuse("plan.merge", "a state, but the stage has no merge()");
   if (plan.passes > 1 && !info.desc->stage->end_pass)
     refuse("plan.end-pass", std::to_string(plan.passes) + " passes, but the stage has no end_pass()");

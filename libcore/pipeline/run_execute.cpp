@@ -53,6 +53,7 @@ struct Run::Impl::Token {
   StripBuffer mask;
   std::vector<std::pair<size_t, StripBuffer>> to_write;  // index into outputs
   std::vector<std::vector<StageState>> states;           // per metric, per call; one list for a filter's pass
+  std::vector<std::vector<StageState>> filter_states;    // per filter of the drive, of its last pass
   std::vector<StripBuffer> maps;
 };
 
@@ -167,11 +168,14 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     FilterNode& filter = *filters[static_cast<size_t>(at)];
     const size_t k = static_cast<size_t>(at - drive.first);
     const StripNeeds& needs = token.plan->stages[k];
-    const int fresh = drive.sink == Sink::kPass || !drive.writes ? INT32_MAX : token.plan->fresh[k];
+    const bool again = drive.sink == Sink::kPass || !drive.writes;  // another drive does the same
+    const int fresh = again ? INT32_MAX : token.plan->fresh[k];
+    const int fresh_out = again ? INT32_MAX : token.plan->fresh[k + 1];
     NonFinite replaced;
     {
       const Stopwatch watch(*run.filter_ns[static_cast<size_t>(at)]);
-      token.current = filter.run(run.pool, token.current, needs, token.plan->pads[k + 1], fresh, true, replaced);
+      token.current = filter.run(run.pool, token.current, needs, token.plan->pads[k + 1], fresh, fresh_out, true,
+                                 replaced, token.filter_states[k]);
     }
     if (replaced.total()) {
       const std::lock_guard lock(run.mutex);
@@ -291,12 +295,20 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     for (size_t r = 0; r < references.size(); ++r) run.nonfinite_of_references[r] += in_references[r];
   };
 
+  std::vector<StageState> filter_totals;
+  for (int at = drive.first; at < drive.last; ++at)
+    filter_totals.emplace_back(filters[static_cast<size_t>(at)]->plan().state_bytes);
   const auto finish = [&](Token& token) {
     for (auto& [o, strip] : token.to_write) {
       const size_t k = static_cast<size_t>(outputs[o].level - drive.first);
       const RowRange rows{std::max(token.plan->rows[k].y0, token.plan->fresh[k]), token.plan->rows[k].y1};
       run.writers[o]->write_rows(rows.y0, rows.y1, strip.row(rows.y0), strip.stride());
     }
+    for (size_t k = 0; k < token.filter_states.size(); ++k)
+      for (const auto& state : token.filter_states[k]) {
+        const FilterNode& filter = *filters[static_cast<size_t>(drive.first) + k];
+        filter.instance().merge(filter.plan().passes - 1, filter_totals[k].data(), state.data());
+      }
     if (drive.sink == Sink::kPass) {
       FilterNode& filter = *filters[static_cast<size_t>(drive.last)];
       for (const auto& state : token.states[0])
@@ -370,6 +382,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
         check_cancel();
         auto token = std::make_shared<Token>();
         token->plan = &plans[static_cast<size_t>(next++)];
+        token->filter_states.resize(filter_totals.size());
         read(*token);
         return token;
       });
@@ -397,6 +410,11 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
   }
   if (drive.sink == Sink::kPass)
     filters[static_cast<size_t>(drive.last)]->instance().end_pass(drive.pass, run.state.data());
+  if (drive.sink != Sink::kPass && drive.writes)
+    for (size_t k = 0; k < filter_totals.size(); ++k) {
+      FilterNode& filter = *filters[static_cast<size_t>(drive.first) + k];
+      filter.instance().end_pass(filter.plan().passes - 1, filter_totals[k].data());
+    }
 }
 
 RunResult Run::Impl::execute(const std::function<void(double)>& progress) {

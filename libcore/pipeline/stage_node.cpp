@@ -241,11 +241,12 @@ uint64_t FilterNode::run_bytes(const StripNeeds& needs, bool may_modify) const {
   if (bytes == 0 && !may_modify && plan_.plan.nonfinite == TRIAD_NONFINITE_ZERO)
     bytes = StripBuffer::bytes(needs.in, in_.width, in_.channel_count(), needs.pads);
   if (passes_by) bytes += StripBuffer::bytes(needs.out, out_.width, plan_.out.channels, {});
-  return bytes;
+  return bytes + plan_.plan.work_bytes;
 }
 
 StripBuffer FilterNode::run(BufferPool& pool, const StripBuffer& in, const StripNeeds& needs, const Pads& out_pads,
-                            int fresh_y, bool may_modify, NonFinite& replaced) {
+                            int fresh_y, int fresh_out_y, bool may_modify, NonFinite& replaced,
+                            std::vector<StageState>& states) {
   StripBuffer view = view_of(pool, in, needs, may_modify);
   if (plan_.plan.nonfinite == TRIAD_NONFINITE_ZERO)
     for (int y = needs.in.y0; y < needs.in.y1; ++y) {
@@ -258,12 +259,23 @@ StripBuffer FilterNode::run(BufferPool& pool, const StripBuffer& in, const Strip
   std::vector<const triad_strip*> inputs(instance_.info().desc->n_inputs, nullptr);
   for (const auto& call : needs.calls) {
     fill_edges(view, call.need, in_.height, plan_.plan.edge);
-    const triad_strip in_strip = view.view(call.need);
-    inputs[0] = &in_strip;
+    const auto make = [&](triad_rect rect, triad_rect need) {
+      const triad_strip in_strip = view.view(need), out_strip = made.view(rect);
+      inputs[0] = &in_strip;
+      StageState state(plan_.plan.state_bytes);
+      instance_.strip(last, rect, inputs, &out_strip, state.data());
+      if (plan_.plan.state_bytes > 0 && rect.y0 >= fresh_out_y) states.push_back(std::move(state));
+    };
     const triad_rect rect{0, call.out.y0, out_.width, call.out.y1};
-    const triad_strip out_strip = made.view(rect);
-    StageState state(plan_.plan.state_bytes);
-    instance_.strip(last, rect, inputs, &out_strip, state.data());
+    const bool divided =
+        plan_.plan.state_bytes > 0 && plan_.plan.strip_rows == 0 && rect.y0 < fresh_out_y && fresh_out_y < rect.y1;
+    if (divided) {
+      const triad_rect seen{0, rect.y0, rect.x1, fresh_out_y}, fresh{0, fresh_out_y, rect.x1, rect.y1};
+      make(seen, instance_.need(last, seen)[0]);
+      make(fresh, instance_.need(last, fresh)[0]);
+    } else {
+      make(rect, call.need);
+    }
   }
   if (!bypass_.empty()) pass_by(in, made, out, needs.out);
   return out;

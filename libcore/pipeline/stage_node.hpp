@@ -80,8 +80,10 @@ class FilterNode {
   // The strips of `needs` in the last pass. `in` has the rows and pads that needs() asked for; the result
   // has needs.out and `out_pads`. Values that are not finite are replaced where the plan says so, and those
   // in rows from `fresh_y` on (which no earlier strip saw) are counted. `may_modify`: nobody reads `in` after.
+  // Rows of the result from `fresh_out_y` on leave their states in `states`, one for each call, in order; rows that
+  // an earlier strip made already are made again without a trace.
   StripBuffer run(BufferPool& pool, const StripBuffer& in, const StripNeeds& needs, const Pads& out_pads, int fresh_y,
-                  bool may_modify, NonFinite& replaced);
+                  int fresh_out_y, bool may_modify, NonFinite& replaced, std::vector<StageState>& states);
   // The same for an earlier pass, which writes state only: one state for each call, in order.
   void run_pass(BufferPool& pool, int pass, const StripBuffer& in, const StripNeeds& needs, bool may_modify,
                 std::vector<StageState>& states);

@@ -21,10 +21,10 @@ PictureSize parse_size(const std::string& text, const std::string& option) {
   throw_usage(option + ": '" + text + "' is not a size in pixels; write width x height, as in 400x225");
 }
 
-Cells parse_cells_or_layout(const std::string& text, const std::string& option) {
-  if (!text.empty() && text[0] >= '0' && text[0] <= '9') return parse_cells(text, option);
+CellsOfLayout parse_cells_or_layout(const std::string& text, const std::string& option) {
+  if (!text.empty() && text[0] >= '0' && text[0] <= '9') return {parse_cells(text, option), ""};
   const Layout layout = load_layout(text);
-  return {layout.cells_x, layout.cells_y};
+  return {{layout.cells_x, layout.cells_y}, layout.name};
 }
 
 PictureSize film_size(const PictureSize& picture, const Cells& cells) {

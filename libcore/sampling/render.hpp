@@ -14,8 +14,12 @@ struct PictureSize {
 };
 // "400x225"; each side at least 1. Throws Error(kUsage) naming `option`.
 PictureSize parse_size(const std::string& text, const std::string& option);
-// "3x1", or the name of a layout, whose cells are taken. Throws as parse_cells() and load_layout() do.
-Cells parse_cells_or_layout(const std::string& text, const std::string& option);
+struct CellsOfLayout {
+  Cells cells;
+  std::string layout;  // its name; "" where cells were given as numbers
+};
+// "3x1", or a layout's name or path, whose cells are taken. Throws as parse_cells() and load_layout() do.
+CellsOfLayout parse_cells_or_layout(const std::string& text, const std::string& option);
 // The size of the film of a render with cells. Throws Error(kUsage) if a side passes 2^31 - 1 pixels.
 PictureSize film_size(const PictureSize& picture, const Cells& cells);
 // "rmse=1e-3": the value, above 0. Throws Error(kUsage) naming `option`.

@@ -7,7 +7,7 @@ _Static_assert(sizeof(triad_param) == TRIAD_PARAM_SIZE_1_0, "triad_param");
 _Static_assert(sizeof(triad_input) == TRIAD_INPUT_SIZE_1_0, "triad_input");
 _Static_assert(sizeof(triad_image) == TRIAD_IMAGE_SIZE_1_0, "triad_image");
 _Static_assert(sizeof(triad_strip) == TRIAD_STRIP_SIZE_1_0, "triad_strip");
-_Static_assert(sizeof(triad_plan) == TRIAD_PLAN_SIZE_1_0, "triad_plan");
+_Static_assert(offsetof(triad_plan, work_bytes) == TRIAD_PLAN_SIZE_1_0, "triad_plan");
 _Static_assert(sizeof(triad_stage) == TRIAD_STAGE_SIZE_1_0, "triad_stage");
 _Static_assert(sizeof(triad_score) == TRIAD_SCORE_SIZE_1_0, "triad_score");
 _Static_assert(sizeof(triad_desc) == TRIAD_DESC_SIZE_1_0, "triad_desc");

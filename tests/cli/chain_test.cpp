@@ -14,8 +14,13 @@ const std::vector<std::pair<std::string, std::string>> kCuts{
 
 TEST_F(Chain, GivesTheSameBitsForAnyThreadsAndStrips) {
   save(path("wide.exr"), noise(3 * 67, 83));
-  const std::vector<std::vector<std::string>> chains{
-      {"platt:engine=fft"}, {"platt:engine=fir,taps=31"}, {"subpixel"}, {"box:x=3,y=2", "crop:x=1,y=2,w=50,h=30"}};
+  const std::vector<std::vector<std::string>> chains{{"platt"},
+                                                     {"platt:mode=plane"},
+                                                     {"displaced-box"},
+                                                     {"platt:range=clip,engine=fft"},
+                                                     {"platt:range=clip,engine=fir,taps=31"},
+                                                     {"subpixel"},
+                                                     {"box:x=3,y=2", "crop:x=1,y=2,w=50,h=30"}};
   for (const auto& chain : chains) {
     std::vector<std::string> arguments{"run", "wide.exr", "--cells", "3x1"};
     arguments.insert(arguments.end(), chain.begin(), chain.end());
@@ -113,11 +118,32 @@ TEST_F(Chain, IsTheSameInAFile) {
 
 TEST_F(Chain, StaysWithinItsMemory) {
   save(path("in.exr"), noise(3000, 600), "half");
-  expect_success(
-      {"run", "in.exr", "--cells", "3x1", "platt:engine=fir,taps=31", "-o", "out.exr", "--max-memory", "160M"});
+  expect_success({"run", "in.exr", "--cells", "3x1", "platt:range=clip,engine=fir,taps=31", "-o", "out.exr",
+                  "--max-memory", "160M"});
   EXPECT_EQ(load(path("out.exr")).width, 1000);
   expect_refusal({"run", "in.exr", "--cells", "3x1", "platt", "-o", "no.exr", "--max-memory", "4K"},
                  {"--max-memory"});
+  // The plane takes the whole picture: what it needs is known beforehand, and what would do is said.
+  expect_refusal({"run", "in.exr", "--cells", "3x1", "platt:mode=plane", "-o", "no.exr", "--max-memory", "160M"},
+                 {"in.exr", "--max-memory", "would do"});
+}
+
+TEST_F(Chain, TellsHowGoodTheDisplayableOptimumIs) {
+  save(path("wide.exr"), noise(3 * 67, 83));
+  for (const std::string stage : {"platt", "platt:mode=plane", "platt:iterations=12,tolerance=0"}) {
+    std::set<std::string> told;
+    for (const auto& [threads, rows] : kCuts) {
+      expect_success({"run", "wide.exr", "--cells", "3x1", stage, "box:x=1,y=3", "-o", "out.exr", "--json",
+                      "told.json", "--threads", threads, "--strip-rows", rows});
+      const auto reports = nlohmann::json::parse(load_text(path("told.json")))["runs"][0]["stages"][0]["reports"];
+      EXPECT_GE(reports["gap"].get<double>(), 0) << reports.dump();
+      EXPECT_LE(reports["gap"].get<double>(), .1) << reports.dump();
+      EXPECT_LE(reports["rmse"].get<double>(), reports["rmse-displaced-box"].get<double>());
+      EXPECT_EQ(reports["clamped-inputs"].get<double>(), 0);
+      told.insert(std::to_string(reports["iterations"].get<int>()));
+    }
+    EXPECT_EQ(told.size(), 1u) << stage;
+  }
 }
 
 }  // namespace

@@ -107,8 +107,10 @@ TEST_F(Render, WideShowsTheSameViewInFinerPixels) {
       {"render", "slant.gltf", "-o", "wide.exr", "--size", "40x20", "--strategy", "grid:n=4", "--cells", "3x1"});
   expect_success(
       {"render", "slant.gltf", "-o", "rgb.exr", "--size", "40x20", "--strategy", "grid:n=4", "--cells", "rgb"});
-  EXPECT_EQ(load_text(path("wide.exr")), load_text(path("rgb.exr")));
   const Picture wide = load(path("wide.exr"));
+  EXPECT_EQ(load(path("rgb.exr")).values, wide.values);
+  EXPECT_EQ(load(path("rgb.exr")).text.at("triad:layout"), "rgb");
+  EXPECT_FALSE(wide.text.contains("triad:layout"));
   EXPECT_EQ(wide.width, 120);
   EXPECT_EQ(wide.height, 20);
   EXPECT_NEAR(wide.pixel_aspect, 1 / 3., 1e-6);
@@ -126,6 +128,41 @@ TEST_F(Render, WideShowsTheSameViewInFinerPixels) {
   expect_success({"run", "wide.exr", "box:x=3", "-o", "boxed.exr"});
   const double rmse = compare({"boxed.exr", "--ref", "fine.exr", "-m", "error"})[0]["scores"]["rmse"];
   EXPECT_LT(rmse, .8 / 12 * std::sqrt(1 / 40.));  // one pixel in 40 is on the edge
+}
+
+TEST_F(Render, DrawsOnAnyLayoutsCells) {
+  half_plane(.3, .37).save(path("slant.gltf"));
+  expect_success(
+      {"render", "slant.gltf", "-o", "oled.exr", "--size", "40x20", "--strategy", "grid:n=4", "--cells", "qd-oled"});
+  const Picture wide = load(path("oled.exr"));
+  EXPECT_EQ(wide.width, 80);
+  EXPECT_EQ(wide.height, 40);
+  EXPECT_EQ(wide.text.at("triad:cells"), "2x2");
+  EXPECT_EQ(wide.text.at("triad:layout"), "qd-oled");
+  // The picture names the panel that judges it and shows it.
+  expect_success({"run", "oled.exr", "box:x=2,y=2", "-o", "boxed.exr", "--depth", "float"});
+  const auto scores = compare({"boxed.exr", "--ref", "oled.exr", "-m", "display"})[0]["scores"];
+  EXPECT_NEAR(scores["ratio"], 1, 1e-5);  // box is the pixel average
+  EXPECT_GT(scores["rmse"], 1e-3);
+  expect_success({"run", "boxed.exr", "panel:scale=4", "-o", "panel.exr"});
+  EXPECT_EQ(load(path("panel.exr")).width, 160);
+  expect_success({"run", "boxed.exr", "eye", "-o", "seen.exr"});
+  EXPECT_EQ(load(path("seen.exr")).width, 40);
+  // Stored in eight bits: the codes that were chosen are those that the file holds.
+  expect_success({"run", "boxed.exr", "dither", "-o", "codes.exr", "--depth", "float"});
+  expect_success({"run", "boxed.exr", "dither", "-o", "codes.png"});
+  const Picture codes = load(path("codes.exr")), stored = load(path("codes.png"));
+  ASSERT_EQ(codes.values.size(), stored.values.size());
+  for (size_t i = 0; i < codes.values.size(); ++i) {
+    const double v = static_cast<double>(codes.values[i]);
+    const double encoded = v <= .0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - .055;  // IEC 61966-2-1
+    EXPECT_NEAR(encoded * 255, static_cast<double>(stored.values[i]) * 255, 1e-3);
+  }
+  // A whole picture takes memory, which the plan counts; it says how much would do.
+  expect_refusal({"compare", "boxed.exr", "--ref", "oled.exr", "-m", "display", "--max-memory", "140M"},
+                 {"--max-memory", "would do"});
+  expect_refusal({"run", "oled.exr", "eye:layout=rgb", "-o", "x.exr"}, {"2x2 cells", "layout rgb", "3x1"});
+  expect_refusal({"compare", "boxed.exr", "--ref", "oled.exr", "-m", "display:layout=rgb"}, {"2x2", "rgb", "3x1"});
 }
 
 TEST_F(Render, SameFileForAnyThreads) {

@@ -73,8 +73,8 @@ TEST_F(Run, TakesOneSampleForEachSubpixel) {
 TEST_F(Run, ShowsFlatFieldsAsTheyAre) {
   save(path("wide.exr"), constant(96, 4, {.25f, .5f, .75f}));
   for (const std::string engine : {"fft", "fir", "auto"}) {
-    expect_success(
-        {"run", "wide.exr", "--cells", "3x1", "platt:engine=" + engine, "-o", "out.exr", "--depth", "float"});
+    expect_success({"run", "wide.exr", "--cells", "3x1", "platt:range=clip,engine=" + engine, "-o", "out.exr",
+                    "--depth", "float"});
     expect_values(load(path("out.exr")), 32, 4, 1e-5, [](int, int, int c) { return .25 * (c + 1); });
   }
 }
@@ -158,7 +158,8 @@ TEST_F(Run, WorksOnOnePixel) {
   expect_success({"run", "one.exr", "box", "-o", "out.exr"});
   expect_values(load(path("out.exr")), 1, 1, 0, [](int, int, int c) { return c == 0 ? .5 : c == 1 ? .25 : 2; });
   save(path("three.exr"), constant(3, 1, {.5f, .25f, 1}));
-  for (const std::string stage : {"subpixel", "platt", "platt:engine=fir", "platt:edge=wrap"}) {
+  for (const std::string stage :
+       {"subpixel", "displaced-box", "platt", "platt:range=clip,engine=fir", "platt:edge=wrap", "platt:mode=plane"}) {
     expect_success({"run", "three.exr", "--cells", "3x1", stage, "-o", "narrow.exr", "--depth", "float"});
     expect_values(load(path("narrow.exr")), 1, 1, 1e-5, [](int, int, int c) {
       return c == 0 ? .5 : c == 1 ? .25 : 1;
@@ -178,7 +179,7 @@ class NotNumbers : public Run {
 };
 
 TEST_F(NotNumbers, AreZeroForStagesThatSeeWholeRows) {
-  const Outcome outcome = expect_status(0, {"run", "bad.exr", "--cells", "3x1", "platt:engine=fft", "-o", "out.exr"});
+  const Outcome outcome = expect_status(0, {"run", "bad.exr", "--cells", "3x1", "platt", "-o", "out.exr"});
   EXPECT_EQ(outcome.error_lines().size(), 1u) << outcome.err;
   for (const std::string word : {"platt", "9 NaN", "9 infinite", "bad.exr"})
     EXPECT_NE(outcome.err.find(word), std::string::npos) << outcome.err;

@@ -17,7 +17,13 @@ class Words : public Cli {
 
 TEST_F(Words, TellsItsVersion) { expect_words({"--version"}, {"triad", TRIAD_VERSION}); }
 
-TEST_F(Words, ListsItsStages) { expect_words({"list"}, {"platt", "subpixel", "box", "crop", "error", "display"}); }
+TEST_F(Words, ListsItsStages) {
+  expect_words({"list"}, {"platt", "subpixel", "box", "crop", "error", "display", "panel", "eye", "dither"});
+}
+
+TEST_F(Words, ListsLayoutsWithTheirCellsAndTiles) {
+  expect_words({"list", "layouts"}, {"qd-oled", "2x2", "pentile-rgbg", "repeats after 2x2 px", "rgb-delta", "6x1"});
+}
 
 TEST_F(Words, ListsScenesWithWhatTheyShow) {
   expect_words({"list", "scenes"}, {"cornell", "The classic box", "room", "thin-lines", "high-contrast-4"});
@@ -30,13 +36,16 @@ TEST_F(Words, ListsScenesWithWhatTheyShow) {
 }
 
 TEST_F(Words, ExplainsParameters) {
-  expect_words({"help", "platt"}, {"layout",    "rgb",      "bgr",    "csf",    "scielab",    "kolpatzik-bouman",
-                                   "ppd",       "40",       "lambda", "0.01",   "flat-field", "exact",
-                                   "free",      "channels", "edge",   "mirror", "wrap",       "engine",
-                                   "fft",       "fir",      "auto",   "taps",   "range",      "clip",
+  expect_words({"help", "platt"}, {"layout",    "rgb",      "tolerance", "csf",    "scielab",    "kolpatzik-bouman",
+                                   "ppd",       "40",       "lambda",    "0.01",   "flat-field", "exact",
+                                   "free",      "channels", "edge",      "mirror", "wrap",       "engine",
+                                   "fft",       "fir",      "auto",      "taps",   "range",      "clip",
                                    "unbounded", "origin"});
-  expect_words({"help", "display"},
-               {"layout", "csf", "ppd", "channels", "edge", "border", "range", "mode", "rows", "rmse"});
+  expect_words({"help", "display"}, {"layout", "csf", "ppd", "channels", "edge", "border", "range", "mode", "rows",
+                                     "plane", "rmse", "ratio", "fringe", "delta-e"});
+  expect_words({"help", "panel"}, {"layout", "scale", "gain", "lines", "origin"});
+  expect_words({"help", "eye"}, {"layout", "ppd", "grid", "pixels", "cells", "space", "neutral"});
+  expect_words({"help", "dither"}, {"none", "ordered", "perceptual", "bits", "srgb", "passes"});
   expect_words({"help", "error"}, {"bias", "mae", "mse", "rmse", "max", "psnr"});
   expect_refusal({"help", "plat"}, {"plat", "platt"});
 }

@@ -5,128 +5,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <string>
-#include <triad/base/error.hpp>
-#include <triad/pipeline/plugin_host.hpp>
+#include <triad/display/constrained.hpp>
 #include <vector>
 
 #include "display_reference.hpp"
+#include "layouts.hpp"
+#include "stage_runner.hpp"
 
+using stage_runner::header;
+using stage_runner::message_of;
+using stage_runner::noise;
+using stage_runner::Picture;
+using stage_runner::run;
 using testing::HasSubstr;
 using triad::ParamTexts;
 namespace reference = triad::reference;
 
 namespace {
-
-triad::PluginHost& host() {
-  static triad::PluginHost instance = [] {
-    setenv("TRIAD_DATA", TRIAD_SOURCE_DIR "/data", 1);
-    return triad::PluginHost({TRIAD_BINARY_DIR "/plugins"});
-  }();
-  return instance;
-}
-
-triad_image header(int width, int height, int cells_x, int cells_y = 1) {
-  triad_image image{};
-  image.struct_size = sizeof image;
-  image.width = width;
-  image.height = height;
-  image.channels = 3;
-  image.alpha = -1;
-  image.cells_x = cells_x;
-  image.cells_y = cells_y;
-  image.pixel_aspect = 1. / cells_x;
-  std::copy(reference::kRec709ToXyz.begin(), reference::kRec709ToXyz.end(), image.rgb_to_xyz);
-  return image;
-}
-
-struct Picture {
-  triad_image image;
-  std::vector<float> pixels;
-};
-
-Picture noise(int width, int height, int cells_x, unsigned seed, float low = 0, float high = 1) {
-  Picture out{header(width, height, cells_x), {}};
-  for (const double v : reference::random_cells(width * height, seed))
-    out.pixels.push_back(low + (high - low) * static_cast<float>(v));
-  return out;
-}
-
-// The rectangle of a picture as a strip; what lies outside comes from the edge mode.
-struct Strip {
-  std::vector<float> data;
-  triad_strip strip{};
-  Strip(const Picture& picture, triad_rect r, int edge) {
-    const auto inside = [&](int x, int size) {
-      const int period = edge == TRIAD_EDGE_MIRROR ? 2 * size : size;
-      const int k = ((x % period) + period) % period;
-      return k < size ? k : 2 * size - 1 - k;
-    };
-    const int channels = picture.image.channels;
-    for (int y = r.y0; y < r.y1; ++y)
-      for (int x = r.x0; x < r.x1; ++x) {
-        const auto at = (static_cast<size_t>(y) * picture.image.width + inside(x, picture.image.width)) * channels;
-        data.insert(data.end(), &picture.pixels[at], &picture.pixels[at] + channels);
-      }
-    strip = {sizeof strip, channels, r, data.data(), int64_t{r.x1 - r.x0} * channels * 4};
-  }
-};
-
-struct Outcome {
-  Picture out;
-  std::vector<double> scores;
-  std::map<std::string, double> reports;
-};
-
-// Runs a stage over pictures cut into strips of `rows` rows, merging in order.
-Outcome run(const std::string& id, const ParamTexts& parameters, const std::vector<const Picture*>& pictures,
-            int rows = 1) {
-  triad::StageInstance stage(host().find(id), parameters);
-  std::vector<const triad_image*> images;
-  for (const Picture* picture : pictures) images.push_back(picture ? &picture->image : nullptr);
-  const triad::Metadata none;
-  std::vector<const triad::Metadata*> metadata;
-  for (const Picture* picture : pictures) metadata.push_back(picture ? &none : nullptr);
-  const auto plan = stage.plan(images, metadata);
-  Outcome outcome{{plan.out, {}}, {}, {}};
-  const triad_image& shape = stage.info().is_metric() ? *images[0] : plan.out;
-  const int channels = plan.out.channels;
-  outcome.out.pixels.resize(static_cast<size_t>(shape.width) * shape.height * channels);
-  std::vector<std::byte> total(plan.plan.state_bytes), state(plan.plan.state_bytes);
-  for (int y = 0; y < shape.height; y += rows) {
-    const triad_rect r{0, y, shape.width, std::min(y + rows, shape.height)};
-    const auto needs = stage.need(0, r);
-    std::vector<Strip> strips;
-    strips.reserve(pictures.size());
-    std::vector<const triad_strip*> in;
-    for (size_t i = 0; i < pictures.size(); ++i)
-      if (pictures[i]) {
-        strips.emplace_back(*pictures[i], needs[i], plan.plan.edge);
-        in.push_back(&strips.back().strip);
-      } else {
-        in.push_back(nullptr);
-      }
-    const triad_strip out{sizeof out, channels, r,
-                          outcome.out.pixels.data() + static_cast<size_t>(y) * shape.width * channels,
-                          int64_t{shape.width} * channels * 4};
-    std::fill(state.begin(), state.end(), std::byte{});
-    stage.strip(0, r, in, &out, state.data());
-    if (!state.empty()) stage.merge(0, total.data(), state.data());
-  }
-  outcome.scores = stage.end_pass(0, total.data());
-  outcome.reports = stage.reports().values;
-  return outcome;
-}
-
-std::string message_of(const std::function<void()>& body) {
-  try {
-    body();
-  } catch (const triad::Error& error) {
-    return error.what();
-  }
-  return "nothing was thrown";
-}
 
 std::vector<double> dense_row(const Picture& wide, int y, const triad::FilterOptions& options, triad::Edge edge,
                               bool bgr) {
@@ -172,10 +68,12 @@ TEST(PlattPlugin, MatchesTheDenseSystemWithEveryEngine) {
 
 TEST(PlattPlugin, StripsDoNotChangeABit) {
   const Picture wide = noise(120, 11, 3, 8);
-  for (const char* engine : {"auto", "fft", "fir"}) {
-    const auto whole = run("platt", {{"engine", engine}}, {&wide}, 11);
-    for (const int rows : {1, 4})
-      EXPECT_EQ(run("platt", {{"engine", engine}}, {&wide}, rows).out.pixels, whole.out.pixels);
+  for (const ParamTexts& parameters : {ParamTexts{},
+                                       {{"range", "clip"}, {"engine", "auto"}},
+                                       {{"range", "clip"}, {"engine", "fft"}},
+                                       {{"range", "clip"}, {"engine", "fir"}}}) {
+    const auto whole = run("platt", parameters, {&wide}, 11);
+    for (const int rows : {1, 4}) EXPECT_EQ(run("platt", parameters, {&wide}, rows).out.pixels, whole.out.pixels);
   }
 }
 
@@ -188,7 +86,7 @@ TEST(PlattPlugin, ClampsAndCounts) {
     v = std::clamp(v, 0.f, 1.f);
   }
   for (const char* engine : {"fft", "fir"}) {
-    const auto got = run("platt", {{"engine", engine}}, {&wild});
+    const auto got = run("platt", {{"engine", engine}, {"range", "clip"}}, {&wild});
     const auto free = run("platt", {{"engine", engine}, {"range", "unbounded"}}, {&tame});
     EXPECT_EQ(got.reports.at("clamped-inputs"), outside);
     double clipped = 0;
@@ -203,15 +101,17 @@ TEST(PlattPlugin, ClampsAndCounts) {
 
 TEST(PlattPlugin, ChoosesTapsForATruncationAndTheEngineByFormula) {
   const Picture wide = noise(1200, 1, 3, 6);
-  const auto chosen = run("platt", {}, {&wide}).reports;
+  const auto chosen = run("platt", {{"range", "clip"}}, {&wide}).reports;
   ASSERT_TRUE(chosen.contains("taps"));  // the default is a convolution at this width
   EXPECT_LE(chosen.at("truncation"), 1e-3);
-  EXPECT_EQ(run("platt", {{"engine", "fir"}, {"taps", "31"}}, {&wide}).reports.at("taps"), 31);
+  EXPECT_EQ(run("platt", {{"range", "clip"}, {"engine", "fir"}, {"taps", "31"}}, {&wide}).reports.at("taps"), 31);
   // Without regularisation kernels are long: transforms it is.
-  const auto far = run("platt", {{"lambda", "0"}, {"csf", "kolpatzik-bouman"}}, {&wide});
+  const auto far = run("platt", {{"range", "clip"}, {"lambda", "0"}, {"csf", "kolpatzik-bouman"}}, {&wide});
   EXPECT_FALSE(far.reports.contains("taps"));
-  EXPECT_EQ(far.out.pixels,
-            run("platt", {{"lambda", "0"}, {"csf", "kolpatzik-bouman"}, {"engine", "fft"}}, {&wide}).out.pixels);
+  EXPECT_EQ(
+      far.out.pixels,
+      run("platt", {{"range", "clip"}, {"lambda", "0"}, {"csf", "kolpatzik-bouman"}, {"engine", "fft"}}, {&wide})
+          .out.pixels);
 }
 
 TEST(PlattPlugin, RefusesWithAClearLine) {
@@ -228,6 +128,76 @@ TEST(PlattPlugin, RefusesWithAClearLine) {
   EXPECT_THAT(error({{"origin", ".5,0"}}, 300, 3), HasSubstr("whole numbers"));
   EXPECT_THAT(error({{"origin", "1"}}, 300, 3), HasSubstr("two whole numbers"));
   EXPECT_EQ(error({{"origin", "7,-2"}}, 300, 3), "nothing was thrown");
+}
+
+TEST(PlattPlugin, OptimumIsTheSolversAndSaysHowGoodItIs) {
+  const Picture wide = noise(3 * 40, 3, 3, 9, -.5f, 1.5f);
+  const triad::Layout panel = triad::load_layout(TRIAD_SOURCE_DIR "/data/layouts/rgb.toml");
+  std::vector<double> cells(wide.pixels.begin(), wide.pixels.end());
+  double outside = 0;
+  for (const double v : cells) outside += v < 0 || v > 1;
+  {
+    const triad::RowSolver<double> solver(panel, reference::observer(40), 40, 0, triad::Edge::kMirror, {});
+    triad::RowSolver<double>::Workspace workspace(solver);
+    const auto got = run("platt", {{"precision", "double"}}, {&wide}, 2);
+    triad::SolveResult sum;
+    for (int y = 0; y < 3; ++y) {
+      std::vector<double> drives(120);
+      sum.add(solver.solve(cells.data() + 360 * y, drives.data(), workspace));
+      for (int i = 0; i < 120; ++i)
+        EXPECT_EQ(got.out.pixels[static_cast<size_t>(120 * y + i)], static_cast<float>(drives[i]));
+    }
+    EXPECT_DOUBLE_EQ(got.reports.at("gap"), sum.gap());
+    EXPECT_EQ(got.reports.at("iterations"), sum.iterations);
+    EXPECT_EQ(got.reports.at("converged"), 1);
+    EXPECT_EQ(got.reports.at("clamped-inputs"), outside);
+    EXPECT_DOUBLE_EQ(got.reports.at("rmse"), std::sqrt(sum.best / 3));
+    EXPECT_DOUBLE_EQ(got.reports.at("rmse-displaced-box"), std::sqrt(sum.start / 3));
+  }
+  // No iteration is the displaced box, and a gap that was asked for in vain is told.
+  const auto start = run("platt", {{"iterations", "0"}}, {&wide});
+  EXPECT_EQ(start.out.pixels, run("displaced-box", {}, {&wide}).out.pixels);
+  EXPECT_EQ(start.reports.at("gap"), 1);
+  EXPECT_EQ(start.reports.at("converged"), 0);
+}
+
+TEST(PlattPlugin, ModesAndParametersThatDoNotGoTogetherAreRefused) {
+  const Picture wide = noise(30, 2, 3, 1), square{header(8, 6, 2, 2), std::vector<float>(144)};
+  const auto error = [](const ParamTexts& parameters, const Picture& picture) {
+    return message_of([&] { run("platt", parameters, {&picture}, picture.image.height); });
+  };
+  EXPECT_THAT(error({{"taps", "31"}}, wide), HasSubstr("taps is of the linear filter: it needs range=clip"));
+  EXPECT_THAT(error({{"engine", "fir"}}, wide), HasSubstr("engine is of the linear filter"));
+  EXPECT_THAT(error({{"layout", "qd-oled"}, {"mode", "rows"}}, square), HasSubstr("mode=plane solves it"));
+  EXPECT_THAT(error({{"layout", "qd-oled"}, {"range", "clip"}}, square),
+              HasSubstr("range=constrained works on qd-oled"));
+  EXPECT_THAT(error({{"layout", "qd-oled"}}, wide), HasSubstr("has 3x1 cells a pixel, and layout qd-oled needs 2x2"));
+  EXPECT_EQ(error({{"layout", "qd-oled"}}, square), "nothing was thrown");
+}
+
+TEST(DisplacedBoxPlugin, IsTheSolversStartOnEveryLayoutHoweverItIsCut) {
+  for (const triad::Layout& panel : reference::all_layouts())
+    for (const char* edge : {"mirror", "wrap"})
+      for (const char* origin : {"0,0", "1,1"}) {
+        // Whole tiles where the ring is the picture.
+        const int width = 6, height = 4;
+        Picture wide{header(width * panel.cells_x, height * panel.cells_y, panel.cells_x, panel.cells_y), {}};
+        for (const double v : reference::random_cells(width * height * panel.pixel_cells(), 5))
+          wide.pixels.push_back(static_cast<float>(2 * v - .5));
+        const std::string path = TRIAD_SOURCE_DIR "/data/layouts/" + panel.name + ".toml";
+        const ParamTexts parameters{{"layout", path}, {"edge", edge}, {"origin", origin}};
+        ParamTexts start = parameters;
+        start["iterations"] = "0";
+        start["mode"] = "plane";
+        const auto expected = run("platt", start, {&wide}, height).out.pixels;
+        for (const int rows : {1, 3, 4}) {
+          const auto got = run("displaced-box", parameters, {&wide}, rows).out;
+          EXPECT_EQ(got.image.width, width);
+          EXPECT_EQ(got.image.height, height);
+          for (size_t i = 0; i < expected.size(); ++i)
+            ASSERT_NEAR(got.pixels[i], expected[i], 1e-7) << panel.name << edge << origin << rows << " at " << i;
+        }
+      }
 }
 
 TEST(SubpixelPlugin, TakesEachChannelFromItsCell) {
@@ -263,7 +233,7 @@ TEST(DisplayPlugin, MatchesTheSumsOfItsDefinition) {
                                   {"edge", edge == triad::Edge::kWrap ? "wrap" : "mirror"},
                                   {"range", clip ? "clip" : "unbounded"}};
       const auto got = run("display", parameters, {&test, &wide, nullptr}, 2);
-      ASSERT_EQ(got.scores.size(), 1u);
+      ASSERT_EQ(got.scores.size(), 5u);
       EXPECT_NEAR(got.scores[0] / std::sqrt(expected), 1, 1e-12);
       EXPECT_NEAR(got.reports.at("share-red-green"), shares[1] / expected, 1e-12);
       EXPECT_EQ(got.reports.contains("clamped-reference-cells"), clip);
@@ -297,9 +267,14 @@ TEST(DisplayPlugin, RefusesWithAClearLine) {
   const auto error = [&](const ParamTexts& parameters, const Picture& reference_picture) {
     return message_of([&] { run("display", parameters, {&test, &reference_picture, nullptr}); });
   };
-  EXPECT_THAT(error({}, short_one), HasSubstr("test picture is 40x4 and the reference 119x4; the reference must be a "
-                                              "wide render of 120x4"));
+  EXPECT_THAT(error({}, short_one), HasSubstr("test picture is 40x4 and the reference 119x4; for layout rgb the "
+                                              "reference must be a wide render of 120x4"));
   EXPECT_THAT(error({}, test), HasSubstr("40x4 and the reference 40x4"));
+  EXPECT_THAT(error({{"layout", "qd-oled"}}, wide),
+              HasSubstr("reference has 3x1 cells a pixel, and layout qd-oled needs 2x2"));
+  EXPECT_THAT(error({{"mode", "rows"}, {"layout", "vrgb"}}, noise(40, 12, 1, 2)),
+              HasSubstr("vrgb' has no independent rows: it needs mode=plane"));
+  EXPECT_THAT(error({{"origin", "1,.5"}}, wide), HasSubstr("whole numbers"));
   EXPECT_THAT(error({}, other), HasSubstr("different primaries"));
   EXPECT_THAT(error({{"border", "20"}}, wide), HasSubstr("border=20 leaves nothing of a width of 40: at most 19"));
   EXPECT_THAT(error({{"border", "some"}}, wide), HasSubstr("border is 'some'"));

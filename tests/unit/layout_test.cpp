@@ -12,6 +12,7 @@
 #include <triad/display/vision.hpp>
 
 #include "display_reference.hpp"
+#include "layouts.hpp"
 
 using testing::HasSubstr;
 
@@ -29,8 +30,8 @@ std::string message_of(const std::function<void()>& body) {
 }
 
 // The shipped file with one text replaced.
-std::string with(const std::string& from, const std::string& to) {
-  std::string text = triad::read_text_file(kFolder + "rgb.toml");
+std::string with(const std::string& from, const std::string& to, const std::string& file = "rgb.toml") {
+  std::string text = triad::read_text_file(kFolder + file);
   const size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return text.replace(at, from.size(), to);
@@ -53,8 +54,32 @@ TEST(Layout, StripesAreWhatTheirNamesSay) {
       EXPECT_EQ(emitter.centre_y(), .5);
     }
   }
-  EXPECT_THAT(triad::layout_names(), testing::IsSupersetOf({"bgr", "rgb"}));
+  EXPECT_THAT(triad::layout_names(), testing::UnorderedElementsAreArray(triad::reference::kLayoutNames));
   EXPECT_EQ(triad::load_layout(kFolder + "bgr.toml").name, "bgr");
+}
+
+TEST(Layout, ThoseThatAreNotStripesAreWhatTheirNamesSay) {
+  using triad::reference::layout;
+  EXPECT_FALSE(layout("vrgb").has_independent_rows());
+  for (const char* name : {"vrgb", "vbgr"})
+    for (int o = 0; o < 3; ++o) {
+      const triad::Layout panel = layout(name);
+      EXPECT_EQ(panel.emitters[panel.emitter_of(o)].centre_y(), (name[1] == 'r' ? o : 2 - o) + .5) << name;
+    }
+  for (const char* name : {"qd-oled", "qd-oled-fine"}) {
+    const triad::Layout panel = layout(name);
+    const double centres[3][2] = {{.25, .75}, {.5, .25}, {.75, .75}};  // of a pixel's width and height
+    for (int o = 0; o < 3; ++o) {
+      const triad::Emitter& emitter = panel.emitters[panel.emitter_of(o)];
+      EXPECT_NEAR(emitter.centre_x() / panel.cells_x, centres[o][0], 1e-12) << name;
+      EXPECT_NEAR(emitter.centre_y() / panel.cells_y, centres[o][1], 1e-12) << name;
+    }
+  }
+  const triad::Layout white = layout("rwbg");
+  EXPECT_TRUE(white.derives_white && white.has_independent_rows() && !white.is_rows());
+  EXPECT_EQ(white.emitters[1].channel, triad::kWhiteChannel);
+  EXPECT_EQ(layout("pentile-rgbg").emitters.size(), 8u);
+  EXPECT_EQ(layout("rgb-delta").emitters[5].centre_x(), 8);  // in the next tile
 }
 
 TEST(Layout, TheBoxIsAPixelWideAroundTheEmitter) {
@@ -91,6 +116,18 @@ TEST(Layout, BadFilesGetAClearLine) {
   EXPECT_THAT(error(with("[[0, 0, 1.0]]", "[[0, 0, 0.5], [0, 0, 0.5]]")), HasSubstr("twice"));
   EXPECT_THAT(error(with("channel = \"r\"", "channel = \"w\"")), HasSubstr("\"r\", \"g\" or \"b\""));
   EXPECT_THAT(error(with("pixel = [0, 0]", "pixel = [1, 0]")), HasSubstr("pixel is 1"));
+  // Two emitters of one channel; a colour that nothing gives; shares below zero; a tile of nothing; a million cells.
+  EXPECT_THAT(error(with("channel = \"r\"", "channel = \"g\"")),
+              HasSubstr("emitter 2: emitter 1 has the same pixel"));
+  EXPECT_THAT(error(with("[1, 0, 0]", "[0, 0, 0]")), HasSubstr("no emitter gives red light"));
+  EXPECT_THAT(error(with("[[0, 0, 1.0]]", "[[0, 0, 1.5], [1, 0, -0.5]]")),
+              HasSubstr("share is -0.5: must be above 0"));
+  EXPECT_THAT(error(with("tile_pixels = [1, 1]", "tile_pixels = [0, 1]")), HasSubstr("tile_pixels is 0"));
+  EXPECT_THAT(error(with("[3, 1]", "[1000, 1000]")), HasSubstr("pixel_cells is 1000"));
+  EXPECT_THAT(error(with("min(r, g, b)", "max(r, g, b)", "rwbg.toml")), HasSubstr("derive is 'w=max(r,g,b)'"));
+  EXPECT_THAT(error(with("derive = ", "# ", "rwbg.toml")), HasSubstr("channel is 'w'"));
+  EXPECT_THAT(error(with("[1, 1, 1]", "[1, 1, 0.9]", "rwbg.toml")), HasSubstr("the primary of w must be the sum"));
+  EXPECT_THAT(error(with("channel = \"w\"", "channel = \"r\"", "rwbg.toml")), HasSubstr("same pixel and channel"));
   EXPECT_THAT(error("name='x'\nsummary='y'\npixel_cells=[1,1]\ntile_pixels=[1,1]\n"), HasSubstr("[[emitter]]"));
 }
 

@@ -102,8 +102,13 @@ struct Mean {
   static constexpr Info info{"mean", "1.0", "The mean, everywhere"};
   static constexpr auto inputs() { return kImage; }
   int width = 0, height = 0;
+  int64_t work;
+  static constexpr auto params() {
+    return list(integer<&Mean::work>("work", "bytes to ask the memory plan for", {.def = 0, .min = 0}));
+  }
   void plan(PlanCall& call) {
     call.plan.strip_rows = -1;
+    call.work_bytes(static_cast<uint64_t>(work));
     width = call.in(0).width;
     height = call.in(0).height;
   }

@@ -349,6 +349,19 @@ TEST_F(Pipeline, MemoryIsBoundedOrRefused) {
   request.max_memory = 158u << 20;
   request.stages = {parse_stage("mean")};
   EXPECT_THROW(triad::Run(request, host, colours), Error);  // 12.6 MB twice
+  // What a stage says that it allocates counts; the message says what would do.
+  request.max_memory = 1u << 30;
+  const uint64_t plain = triad::Run(request, host, colours).peak_memory();
+  request.stages = {parse_stage("mean:work=100000000")};
+  EXPECT_EQ(triad::Run(request, host, colours).peak_memory(), plain + 100000000);
+  request.max_memory = plain + 99999999;
+  const std::string enough = "--max-memory " + std::to_string(((plain + 100000000) >> 20) + 1) + "M would do";
+  try {
+    triad::Run(request, host, colours);
+    ADD_FAILURE() << "a run beyond its memory was planned";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr(enough));
+  }
 }
 
 TEST_F(Pipeline, APictureKeptBeforeACropIsNotHeldForIt) {

@@ -43,8 +43,10 @@ TEST(RenderText, Sizes) {
   EXPECT_EQ(film_size({400, 225}, {3, 1}).width, 1200);
   EXPECT_EQ(film_size({400, 225}, {3, 2}).height, 450);
   EXPECT_THROW(film_size({2147483647, 1}, {2, 1}), Error);
-  EXPECT_EQ(parse_cells_or_layout("3x2", "--cells"), (Cells{3, 2}));
-  EXPECT_EQ(parse_cells_or_layout("bgr", "--cells"), (Cells{3, 1}));
+  EXPECT_EQ(parse_cells_or_layout("3x2", "--cells").cells, (Cells{3, 2}));
+  EXPECT_EQ(parse_cells_or_layout("3x2", "--cells").layout, "");
+  EXPECT_EQ(parse_cells_or_layout("bgr", "--cells").cells, (Cells{3, 1}));
+  EXPECT_EQ(parse_cells_or_layout("bgr", "--cells").layout, "bgr");
   EXPECT_THROW(parse_cells_or_layout("", "--cells"), Error);
   EXPECT_THROW(parse_cells_or_layout("3", "--cells"), Error);
   EXPECT_EQ(parse_until("rmse=1e-3", "--until"), 1e-3);
