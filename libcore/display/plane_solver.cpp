@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <complex>
+#include <cstring>
 #include <mutex>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
@@ -14,7 +15,7 @@
 namespace triad {
 namespace {
 
-constexpr int kColumns = 8;  // transformed side by side: a cache line of complex floats
+constexpr int kColumns = 16;  // transformed side by side: two cache lines of complex floats
 
 // Numbers of `n` bytes each carved from a workspace one after the other, on cache lines.
 class Carver {
@@ -303,16 +304,18 @@ class Solve {
     });
   }
   void load(const Complex* from, int block, Complex* values) const {
-    for (int e = 0; e < s_.E; ++e)
-      for (int ty = 0; ty < s_.Ty; ++ty, values += kColumns)
-        std::copy_n(from + static_cast<size_t>(e) * s_.spectrum_plane + static_cast<size_t>(ty) * s_.spectrum_row +
-                        static_cast<size_t>(block) * kColumns,
-                    kColumns, values);
+    for (int e = 0; e < s_.E; ++e) {
+      const Complex* line = from + static_cast<size_t>(e) * s_.spectrum_plane + static_cast<size_t>(block) * kColumns;
+      for (int ty = 0; ty < s_.Ty; ++ty, values += kColumns, line += s_.spectrum_row)
+        std::memcpy(values, line, sizeof(Complex) * kColumns);
+    }
   }
   void store(const Complex* values, int block, Complex* to) const {
-    for (int e = 0; e < s_.E; ++e)
-      for (int ty = 0; ty < s_.Ty; ++ty, values += kColumns)
-        std::copy_n(values, kColumns, spectrum_at(to, e, ty) + static_cast<size_t>(block) * kColumns);
+    for (int e = 0; e < s_.E; ++e) {
+      Complex* line = to + static_cast<size_t>(e) * s_.spectrum_plane + static_cast<size_t>(block) * kColumns;
+      for (int ty = 0; ty < s_.Ty; ++ty, values += kColumns, line += s_.spectrum_row)
+        std::memcpy(line, values, sizeof(Complex) * kColumns);
+    }
   }
   size_t column_values() const { return static_cast<size_t>(s_.Ty) * kColumns; }
   int count_of(int block) const { return std::min(kColumns, s_.Mx - block * kColumns); }
