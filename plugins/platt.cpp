@@ -185,7 +185,10 @@ struct Platt {
       if (engine != EngineChoice::kAuto || taps != 0)
         throw tp::Error(TRIAD_E_PARAM, std::string(taps != 0 ? "taps" : "engine") +
                                            " is of the linear filter: it needs range=clip or range=unbounded");
-    } else if (plane_ || !panel_.is_rows()) {
+    } else if (plane_) {
+      if (engine == EngineChoice::kFir || taps != 0)
+        throw tp::Error(TRIAD_E_PARAM, "the linear filter in the plane has no taps: leave engine and taps out");
+    } else if (!panel_.is_rows()) {
       throw tp::Error(
           TRIAD_E_PARAM,
           "the linear filter of range=clip and range=unbounded works on rows of vertical stripes, one per "
@@ -215,6 +218,8 @@ struct Platt {
         } else {
           prepare<double>(call, observer);
         }
+      } else if (plane_) {
+        prepare<double>(call, observer);  // floats would not bear what an unbounded filter amplifies
       } else {
         design(call, observer, call.out.width);
       }
@@ -239,6 +244,9 @@ struct Platt {
     if (!engine_) {
       for (int y = in.r.y0; y < in.r.y1; ++y) state.clamped_inputs += outside(in.row(y), in.row_floats());
       state.solved = optimum_->rows(call);
+      if (range == Displayed::kClip)
+        for (int y = out.r.y0; y < out.r.y1; ++y)
+          state.clipped_outputs += clamp_into(out.row(y), out.row_floats(), out.row(y));
       state.rows = plane_ ? 1 : call.r.y1 - call.r.y0;
       return;
     }
@@ -297,8 +305,11 @@ struct Platt {
  private:
   template <class Real>
   void prepare(tp::PlanCall& call, const triad::Observer& observer) {
-    const triad::SolveOptions options{
-        {.lambda = lambda, .exact_flat_fields = flat_field == FlatField::kExact}, iterations, tolerance};
+    const triad::SolveOptions options{{.lambda = lambda, .exact_flat_fields = flat_field == FlatField::kExact},
+                                      iterations,
+                                      tolerance,
+                                      range == Displayed::kConstrained,
+                                      range != Displayed::kUnbounded};
     const int x = static_cast<int>(origin[0]), y = static_cast<int>(origin[1]);
     if (!plane_) {
       optimum_ = std::make_unique<RowOptimum<Real>>(

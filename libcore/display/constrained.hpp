@@ -28,7 +28,14 @@ struct SolveOptions {
   FilterOptions filter;
   int iterations = 40;      // at most; 0 gives the displaced box
   double tolerance = 1e-2;  // stops when the gap is at most this part of the start's J; 0 runs all iterations
+  // False, for PlaneSolver<double> only: the linear filter, the least J with no bounds on drives; exact, without
+  // iterations. lambda must be at least kLeastLinearLambda.
+  bool bounded = true;
+  bool clamp_input = true;  // PlaneSolver: whether the picture is clamped to [0, 1] on the way in
 };
+
+// Below it the linear filter in the plane would amplify rounding by more than 1e8.
+inline constexpr double kLeastLinearLambda = 1e-4;
 
 // J's, as mean squared errors of linear light with white at 1; they can be added over rows, divided by the rows.
 struct SolveResult {

@@ -58,7 +58,7 @@ int nearest_piece(const Pixel<Real>& a, const Pixel<Real>& D) {
   return best;
 }
 
-// The nearest point of the hull: the multiplier of r + g + b + 2 w <= 2 by bisection.
+// The nearest point of the hull: below_white shifted by the multiplier of r + g + b + 2 w <= 2.
 template <class Real>
 Pixel<Real> in_hull(const Pixel<Real>& a, const Pixel<Real>& D) {
   const auto excess = [](const Pixel<Real>& p) { return p[0] + p[1] + p[2] + 2 * p[3] - 2; };
@@ -70,13 +70,35 @@ Pixel<Real> in_hull(const Pixel<Real>& a, const Pixel<Real>& D) {
   };
   Pixel<Real> point = below_white(a, D, -1);
   if (excess(point) <= 0) return point;
-  Real low = 0, high = *std::min_element(D.begin(), D.end());
-  while (excess(at(high)) > 0) high *= 2;
-  for (int i = 0; i < std::numeric_limits<Real>::digits; ++i) {
-    const Real middle = (low + high) / 2;
-    (excess(at(middle)) > 0 ? low : high) = middle;
+  // The excess falls with the multiplier along straight pieces: a secant that halves a stubborn end (Illinois) meets
+  // the root in a few steps.
+  Real low = 0, high = *std::min_element(D.begin(), D.end()), at_low = excess(point);
+  point = at(high);
+  Real at_high = excess(point);
+  for (; at_high > 0; at_high = excess(point)) {
+    low = high;
+    at_low = at_high;
+    high *= 2;
+    point = at(high);
   }
-  return at(high);
+  constexpr int kSteps = 40;
+  for (int i = 0; i < kSteps && at_high < -std::numeric_limits<Real>::epsilon(); ++i) {
+    const Real middle = (low * at_high - high * at_low) / (at_high - at_low);
+    if (!(middle > low && middle < high)) break;
+    const Pixel<Real> trial = at(middle);
+    const Real value = excess(trial);
+    if (value > 0) {
+      low = middle;
+      at_low = value;
+      at_high /= 2;
+    } else {
+      high = middle;
+      at_high = value;
+      at_low /= 2;
+      point = trial;
+    }
+  }
+  return point;
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <complex>
+#include <cstring>
 #include <mutex>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
+#include <triad/base/text.hpp>
 #include <triad/display/constrained.hpp>
 #include <triad/display/internal/descent.hpp>
 #include <triad/display/internal/drive_steps.hpp>
@@ -14,7 +16,7 @@
 namespace triad {
 namespace {
 
-constexpr int kColumns = 8;  // transformed side by side: a cache line of complex floats
+constexpr int kColumns = 16;  // transformed side by side: two cache lines of complex floats
 
 // Numbers of `n` bytes each carved from a workspace one after the other, on cache lines.
 class Carver {
@@ -62,7 +64,7 @@ struct PlaneSolver<Real>::Impl {
         equations(layout, observer, asked.filter, x.tiles, y.tiles),
         box(layout),
         order(layout),
-        ring(x, box.left(), box.right()),
+        ring(x, box.left(), box.right(), asked.clamp_input),
         steps(equations, asked.filter.lambda),
         tile_row(static_cast<size_t>(x.tiles)),
         cell_row(static_cast<size_t>(x.length_cells())),
@@ -81,7 +83,16 @@ struct PlaneSolver<Real>::Impl {
         spectrum_plane(spectrum_row * static_cast<size_t>(Ty)),
         cells_spectrum_row(aligned_stride<Complex>(static_cast<size_t>(Fx))),
         table(spectrum_plane),
-        share(descent::half_shares<Real>(Tx)) {}
+        share(descent::half_shares<Real>(Tx)) {
+    if (options.bounded) return;
+    if (layout.derives_white)
+      throw_usage("layout '" + layout.name +
+                  "' derives its white: its light is no linear function of a picture, and " +
+                  "there is no linear filter for it");
+    if (options.filter.lambda < kLeastLinearLambda)
+      throw_usage("lambda is " + format_double(options.filter.lambda) + ": the linear filter in the plane needs " +
+                  format_double(kLeastLinearLambda) + " or more");
+  }
 
   // The arrays of a solve. The cells' spectrum is needed before the tables are made, and shares their place.
   struct Arrays {
@@ -180,7 +191,7 @@ class Solve {
         s_.equations.gram(m, count, static_cast<int>(my), packed.data(), kStep);
         s_.equations.add_diagonal(lambda * lambda, count, packed.data(), kStep);
         keep(a_.A);
-        s_.equations.add_diagonal(descent::penalty(lambda), count, packed.data(), kStep);
+        if (s_.options.bounded) s_.equations.add_diagonal(descent::penalty(lambda), count, packed.data(), kStep);
         invert_hermitian(s_.E, count, packed.data(), kStep);
         keep(a_.K);
         descent::multiply(s_.E, static_cast<size_t>(count), static_cast<Real>(1 / s_.equations.tiles()), a_.K + at,
@@ -197,6 +208,17 @@ class Solve {
       std::fill_n(a_.state + static_cast<size_t>(i) * s_.row, s_.row, Real{0});
       std::fill_n(a_.best + static_cast<size_t>(i) * s_.row, s_.row, Real{0});
     });
+    if (!s_.options.bounded) {
+      // x is the optimum itself: J(x) = J(start) - x^H A x.
+      result.best = result.bound = std::max(0., start - inner_step(true, true));
+      rows(true, [&](int ty, const auto& row) {
+        for (int e = 0; e < s_.E; ++e)
+          std::copy_n(row.x + static_cast<size_t>(e) * row.x_stride, s_.row,
+                      a_.best + static_cast<size_t>(e) * s_.plane + static_cast<size_t>(ty) * s_.row);
+        return false;
+      });
+      return result;
+    }
     descent::Schedule schedule(s_.steps.stages(), s_.options, result, descent::negligible<Real>());
     while (schedule.next()) {
       if (progress) progress(schedule.done());
@@ -244,8 +266,12 @@ class Solve {
       std::vector<Real> pixels(3 * static_cast<size_t>(s_.x.length_px()));
       for (int e = 0; e < s_.E; ++e) {
         const size_t at = static_cast<size_t>(e) * s_.plane + static_cast<size_t>(ty) * s_.row;
-        descent::displayable(static_cast<size_t>(s_.Tx), a_.box + at, a_.best + at,
-                             values.data() + static_cast<size_t>(e) * s_.row);
+        Real* to = values.data() + static_cast<size_t>(e) * s_.row;
+        if (s_.options.bounded) {
+          descent::displayable(static_cast<size_t>(s_.Tx), a_.box + at, a_.best + at, to);
+        } else {
+          for (size_t i = 0; i < static_cast<size_t>(s_.Tx); ++i) to[i] = a_.box[at + i] + a_.best[at + i];
+        }
       }
       for (int p = 0; p < s_.y.tile_px; ++p) {
         const int py = s_.y.picture_px(static_cast<int>(ty) * s_.y.tile_px + p);
@@ -303,16 +329,18 @@ class Solve {
     });
   }
   void load(const Complex* from, int block, Complex* values) const {
-    for (int e = 0; e < s_.E; ++e)
-      for (int ty = 0; ty < s_.Ty; ++ty, values += kColumns)
-        std::copy_n(from + static_cast<size_t>(e) * s_.spectrum_plane + static_cast<size_t>(ty) * s_.spectrum_row +
-                        static_cast<size_t>(block) * kColumns,
-                    kColumns, values);
+    for (int e = 0; e < s_.E; ++e) {
+      const Complex* line = from + static_cast<size_t>(e) * s_.spectrum_plane + static_cast<size_t>(block) * kColumns;
+      for (int ty = 0; ty < s_.Ty; ++ty, values += kColumns, line += s_.spectrum_row)
+        std::memcpy(values, line, sizeof(Complex) * kColumns);
+    }
   }
   void store(const Complex* values, int block, Complex* to) const {
-    for (int e = 0; e < s_.E; ++e)
-      for (int ty = 0; ty < s_.Ty; ++ty, values += kColumns)
-        std::copy_n(values, kColumns, spectrum_at(to, e, ty) + static_cast<size_t>(block) * kColumns);
+    for (int e = 0; e < s_.E; ++e) {
+      Complex* line = to + static_cast<size_t>(e) * s_.spectrum_plane + static_cast<size_t>(block) * kColumns;
+      for (int ty = 0; ty < s_.Ty; ++ty, values += kColumns, line += s_.spectrum_row)
+        std::memcpy(line, values, sizeof(Complex) * kColumns);
+    }
   }
   size_t column_values() const { return static_cast<size_t>(s_.Ty) * kColumns; }
   int count_of(int block) const { return std::min(kColumns, s_.Mx - block * kColumns); }

@@ -42,7 +42,7 @@ struct RowSolver<Real>::Impl {
         equations(layout, observer, asked.filter, axis.tiles, 1),
         box(layout),
         order(layout),
-        ring(axis, box.left(), box.right()),
+        ring(axis, box.left(), box.right(), true),
         steps(equations, asked.filter.lambda),
         tiles_fft(static_cast<size_t>(axis.tiles)),
         cells_fft(static_cast<size_t>(axis.length_cells())),

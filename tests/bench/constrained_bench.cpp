@@ -153,7 +153,7 @@ class GridTransform {
   }
 
  private:
-  static constexpr size_t kColumns = 8;
+  static constexpr size_t kColumns = 16;
   template <class Body>
   void rows(const Body& body) {
     triad::parallel_for(static_cast<int64_t>(height_), [&](int64_t y) {

@@ -217,6 +217,34 @@ TEST(Constrained, RowsAndPlaneAgreeWhereAPictureHasOneRow) {
   for (size_t i = 0; i < row.drives.size(); ++i) EXPECT_NEAR(row.drives[i], plane.drives[i], 1e-9);
 }
 
+// With no bounds the dense optimum is a linear system's solution.
+TEST(Constrained, TheLinearFilterOfThePlaneSolvesTheDenseSystem) {
+  for (const Case& c : kCases)
+    for (const double ppd : {20., 40., 67.})
+      for (const double lambda : {.01, .001}) {
+        const Layout layout = reference::layout(c.layout);
+        const auto cells = patches(c.width * layout.cells_x, c.height * layout.cells_y, 11);
+        const SolveOptions options{{.lambda = lambda}, 0, 0, false, false};
+        const reference::DenseDisplay dense(layout, reference::observer(ppd), options.filter, c.width, c.height,
+                                            c.origin_x, c.origin_y, cells);
+        const Solved got =
+            solve_plane<double>(layout, ppd, c.width, c.height, c.origin_x, c.origin_y, Edge::kWrap, options, cells);
+        const Eigen::VectorXd expected = dense.unbounded();
+        for (size_t i = 0; i < got.drives.size(); ++i)
+          ASSERT_NEAR(got.drives[i], expected[static_cast<Eigen::Index>(i)], 1e-7)
+              << c.layout << ppd << " " << lambda;
+        EXPECT_NEAR(got.result.best, dense.value(expected), 1e-12) << c.layout << ppd;
+      }
+  // What lies outside is not clamped: the filter is linear.
+  const Layout layout = reference::layout("qd-oled");
+  auto cells = patches(16, 12, 12);
+  const SolveOptions options{{}, 0, 0, false, false};
+  const Solved one = solve_plane<double>(layout, 40, 8, 6, 0, 0, Edge::kMirror, options, cells);
+  for (double& v : cells) v *= -3;
+  const Solved three = solve_plane<double>(layout, 40, 8, 6, 0, 0, Edge::kMirror, options, cells);
+  for (size_t i = 0; i < one.drives.size(); ++i) EXPECT_NEAR(three.drives[i], -3 * one.drives[i], 1e-9);
+}
+
 TEST(Constrained, AMarginOfTheMirrorImageStandsForAllOfIt) {
   // A ring of the picture and its whole mirror image, made by hand, against the margin that the solver takes.
   const Layout layout = reference::layout("rgb");

@@ -127,6 +127,16 @@ class DenseDisplay {
     }
     return a;
   }
+  // The least of value() with no bounds; drives that light nothing are 0.
+  Eigen::VectorXd unbounded() const {
+    Eigen::MatrixXd H = curvature_;
+    for (Eigen::Index i = 0; i < H.rows(); ++i)
+      if (!(H(i, i) > 0)) H(i, i) = 1;
+    Eigen::VectorXd a = Eigen::VectorXd::Zero(slope_.size());
+    const auto factor = H.ldlt();
+    for (int round = 0; round < 3; ++round) a += factor.solve(slope_ - H * a);
+    return a;
+  }
   // How far a is from optimal: the largest gradient that could still be followed. 0 exactly at the optimum.
   double optimality(const Eigen::VectorXd& a) const {
     const Eigen::VectorXd gradient = curvature_ * a - slope_;

@@ -162,15 +162,21 @@ TEST(PlattPlugin, OptimumIsTheSolversAndSaysHowGoodItIs) {
 }
 
 TEST(PlattPlugin, ModesAndParametersThatDoNotGoTogetherAreRefused) {
-  const Picture wide = noise(30, 2, 3, 1), square{header(8, 6, 2, 2), std::vector<float>(144)};
+  const Picture wide = noise(30, 2, 3, 1), square{header(8, 6, 2, 2), std::vector<float>(144)},
+                white{header(16, 2, 4, 1), std::vector<float>(96)};
   const auto error = [](const ParamTexts& parameters, const Picture& picture) {
     return message_of([&] { run("platt", parameters, {&picture}, picture.image.height); });
   };
   EXPECT_THAT(error({{"taps", "31"}}, wide), HasSubstr("taps is of the linear filter: it needs range=clip"));
   EXPECT_THAT(error({{"engine", "fir"}}, wide), HasSubstr("engine is of the linear filter"));
   EXPECT_THAT(error({{"layout", "qd-oled"}, {"mode", "rows"}}, square), HasSubstr("mode=plane solves it"));
-  EXPECT_THAT(error({{"layout", "qd-oled"}, {"range", "clip"}}, square),
-              HasSubstr("range=constrained works on qd-oled"));
+  EXPECT_THAT(error({{"layout", "qd-oled"}, {"range", "clip"}, {"engine", "fir"}}, square), HasSubstr("has no taps"));
+  EXPECT_THAT(error({{"layout", "qd-oled"}, {"range", "clip"}, {"lambda", "0"}}, square),
+              HasSubstr("needs 1e-04 or more"));
+  EXPECT_THAT(error({{"layout", "rwbg"}, {"mode", "plane"}, {"range", "clip"}}, white),
+              HasSubstr("derives its white"));
+  EXPECT_THAT(error({{"layout", "rwbg"}, {"range", "clip"}}, white), HasSubstr("range=constrained works on rwbg"));
+  EXPECT_EQ(error({{"layout", "qd-oled"}, {"range", "clip"}}, square), "nothing was thrown");
   EXPECT_THAT(error({{"layout", "qd-oled"}}, wide), HasSubstr("has 3x1 cells a pixel, and layout qd-oled needs 2x2"));
   EXPECT_EQ(error({{"layout", "qd-oled"}}, square), "nothing was thrown");
 }

@@ -10,11 +10,12 @@
 
 namespace triad {
 
-// One row of cells of the ring, interleaved RGB clamped to [0, 1], with a halo that repeats the ring at both ends.
+// One row of cells of the ring, interleaved RGB, clamped to [0, 1] if asked, with a halo that repeats the ring at
+// both ends.
 template <class Real>
 class RingRows {
  public:
-  RingRows(const TorusAxis& axis, int left, int right) : left_(left) {
+  RingRows(const TorusAxis& axis, int left, int right, bool clamp) : left_(left), clamp_(clamp) {
     const int cells = axis.length_cells();
     for (int k = -left; k < cells + right; ++k) source_.push_back(3 * axis.cell_at(((k % cells) + cells) % cells));
     before_ = static_cast<size_t>(left + axis.before_px * axis.cells);
@@ -27,6 +28,12 @@ class RingRows {
 
   template <class Sample>
   void fill(const Sample* picture_row, Real* out) const {
+    if (!clamp_) {
+      for (size_t k = 0; k < source_.size(); ++k)
+        for (size_t d = 0; d < 3; ++d)
+          out[3 * k + d] = static_cast<Real>(picture_row[static_cast<size_t>(source_[k]) + d]);
+      return;
+    }
     const auto clamped = [](Sample v) { return static_cast<Real>(v < 0 ? Sample{0} : v > 1 ? Sample{1} : v); };
     const auto copy = [&](size_t from, size_t to) {
       for (size_t k = from; k < to; ++k)
@@ -39,6 +46,7 @@ class RingRows {
 
  private:
   int left_;
+  bool clamp_;
   size_t before_, inside_;
   std::vector<int> source_;  // of each cell: its place in the picture's row, times 3
 };
