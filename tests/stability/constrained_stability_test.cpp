@@ -15,6 +15,7 @@
 
 #include "display_reference.hpp"
 #include "layouts.hpp"
+#include "stability_table.hpp"
 
 using triad::Edge;
 using triad::Layout;
@@ -110,6 +111,7 @@ bool displayable(const std::vector<float>& drives) {
 TEST(ConstrainedStability, DefaultsReachTheirToleranceOnEveryPicture) {
   const int width = 72, height = 28;
   std::printf("part of the way from the displaced box to the optimum, and the gap and iterations by default\n");
+  double least_way = 1, largest_gap = 0;
   for (const char* name : {"rgb", "qd-oled", "pentile-rgbg", "rgb-delta"})
     for (const Named& picture : kPictures)
       for (const double ppd : {20., 40., 67., 120.}) {
@@ -127,11 +129,18 @@ TEST(ConstrainedStability, DefaultsReachTheirToleranceOnEveryPicture) {
         EXPECT_LE(by_default.gap(), 1e-2) << what;
         EXPECT_LE(by_default.best - optimum.best, 1e-2 * by_default.start * (1 + 1e-4)) << what;
         EXPECT_GE(way, .9) << what;
+        least_way = std::min(least_way, way);
+        largest_gap = std::max(largest_gap, by_default.gap());
       }
+  triad::stability::at_most("constrained solver", "certified gap by default, 4 layouts, 4 pictures, 20 ... 120 ppd",
+                            largest_gap, 1e-2);
+  triad::stability::at_most("constrained solver",
+                            "left of the way to the optimum after 15 iterations (25 at 120 ppd)", 1 - least_way, .1);
 }
 
 TEST(ConstrainedStability, NeverWorseThanItsStartAtAnyCount) {
   const int width = 40, height = 12;
+  uint64_t worse = 0, solved = 0;
   for (const Layout& layout : reference::all_layouts())
     for (const Named& picture : kPictures)
       for (const double ppd : {5., 40., 300.}) {
@@ -140,15 +149,20 @@ TEST(ConstrainedStability, NeverWorseThanItsStartAtAnyCount) {
           const Solved got =
               solve(layout, ppd, width, height, cells, {{}, iterations, 0}, ppd > 100 ? Edge::kWrap : Edge::kMirror);
           EXPECT_LE(got.result.best, got.result.start) << layout.name << picture.name << ppd;
+          worse += got.result.best > got.result.start ? 1 : 0;
+          ++solved;
           EXPECT_LE(got.result.bound, got.result.best);
           EXPECT_GE(got.result.bound, 0);
           EXPECT_TRUE(displayable(got.drives)) << layout.name << picture.name << ppd << " " << iterations;
         }
       }
+  triad::stability::never("constrained solver", "worse than its start, all layouts, 0 ... 11 iterations", worse,
+                          solved);
 }
 
 TEST(ConstrainedStability, FloatIsDouble) {
   const int width = 64, height = 20;
+  double worst_of_all = 0;
   for (const Layout& layout : reference::all_layouts()) {
     if (layout.derives_white) continue;  // which piece a pixel falls into may turn on the last bit
     for (const double ppd : {20., 40., 67.}) {
@@ -160,14 +174,17 @@ TEST(ConstrainedStability, FloatIsDouble) {
       for (size_t i = 0; i < single.drives.size(); ++i)
         worst = std::max(worst, static_cast<double>(std::abs(single.drives[i] - exact.drives[i])));
       EXPECT_LT(worst, 1e-5) << layout.name << " at " << ppd;
+      worst_of_all = std::max(worst_of_all, worst);
       EXPECT_NEAR(single.result.best, exact.result.best, 1e-5 * exact.result.start) << layout.name << " at " << ppd;
       EXPECT_NEAR(single.result.bound, exact.result.bound, 1e-4 * exact.result.start) << layout.name << " at " << ppd;
     }
   }
+  triad::stability::at_most("constrained solver", "float against double, all linear layouts", worst_of_all, 1e-5);
 }
 
 TEST(ConstrainedStability, InputsThatNoPictureShouldBe) {
   const int width = 24, height = 10;
+  uint64_t wrong = 0, solved = 0;
   for (const Layout& layout : reference::all_layouts()) {
     const int cells_x = width * layout.cells_x, cells = cells_x * height * layout.cells_y;
     const auto check = [&](const char* name, const std::function<double(int, int)>& value) {
@@ -183,6 +200,8 @@ TEST(ConstrainedStability, InputsThatNoPictureShouldBe) {
         const std::string what = layout.name + " " + name + " at " + std::to_string(ppd);
         EXPECT_TRUE(displayable(got.drives)) << what;
         EXPECT_TRUE(std::isfinite(got.result.best) && std::isfinite(got.result.bound)) << what;
+        wrong += displayable(got.drives) && got.result.best <= got.result.start ? 0 : 1;
+        ++solved;
         EXPECT_LE(got.result.best, got.result.start) << what;
         EXPECT_TRUE(!got.result.converged || got.result.gap() <= 1e-2 || got.result.start < 1e-11) << what;
         // What is outside is the peak or black, and nothing else.
@@ -229,4 +248,6 @@ TEST(ConstrainedStability, LambdaFromNothingToOne) {
         EXPECT_LE(result.best, result.start) << name << lambda;
         EXPECT_LE(result.gap(), lambda > 0 ? .05 : 1) << name << lambda;
       }
+  triad::stability::never("constrained solver",
+                          "outside 0 ... 1 or worse: black, white, 1e30, checkers, single cells", wrong, solved);
 }
