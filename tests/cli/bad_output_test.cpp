@@ -126,8 +126,8 @@ class Interrupted : public Cli {
 };
 
 TEST_F(Interrupted, RunLeavesNothing) {
-  for (const std::string stage : {"box:x=3", "subpixel", "platt", "platt:mode=plane",
-                                  "platt:range=clip,engine=fir,taps=31", "platt:range=clip,engine=fft"})
+  for (const std::string stage :
+       {"box:x=3", "subpixel", "platt", "platt:range=clip,engine=fir,taps=31", "platt:range=clip,engine=fft"})
     expect_clean_end({"run", "long.tif", "--cells", "3x1", stage, "-o", "out.tif"}, something_was_written());
 }
 

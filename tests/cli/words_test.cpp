@@ -20,11 +20,13 @@ TEST_F(Words, TellsItsVersion) { expect_words({"--version"}, {"triad", TRIAD_VER
 TEST_F(Words, ListsItsStages) { expect_words({"list"}, {"platt", "subpixel", "box", "crop", "error", "display"}); }
 
 TEST_F(Words, ExplainsParameters) {
-  expect_words({"help", "platt"}, {"layout",    "rgb",      "bgr",    "csf",    "scielab",    "kolpatzik-bouman",
-                                   "ppd",       "40",       "lambda", "0.01",   "flat-field", "exact",
-                                   "free",      "channels", "edge",   "mirror", "wrap",       "engine",
-                                   "fft",       "fir",      "auto",   "taps",   "range",      "clip",
-                                   "unbounded", "origin"});
+  expect_words({"help", "platt"}, {"layout",    "rgb",      "bgr",         "csf",    "scielab",    "kolpatzik-bouman",
+                                   "ppd",       "40",       "lambda",      "0.01",   "flat-field", "exact",
+                                   "free",      "channels", "edge",        "mirror", "wrap",       "engine",
+                                   "fft",       "fir",      "auto",        "taps",   "range",      "clip",
+                                   "unbounded", "origin",   "constrained", "mode",   "plane",      "iterations",
+                                   "tolerance"});
+  expect_words({"help", "displaced-box"}, {"layout", "edge", "range", "origin"});
   expect_words({"help", "display"},
                {"layout", "csf", "ppd", "channels", "edge", "border", "range", "mode", "rows", "rmse"});
   expect_words({"help", "error"}, {"bias", "mae", "mse", "rmse", "max", "psnr"});
