@@ -267,10 +267,9 @@ uint64_t Run::Impl::estimate(const Drive& drive, const TokenPlan& token) const {
       const size_t r = metric->reference;
       const ImageSpec& spec = references[r].source->spec();
       // Each metric has a copy of its own of both, unless it takes them as they are.
-      copies =
-          std::max(copies, current + metric->plan.plan.work_bytes +
-                               StripBuffer::bytes(token.reference_rows[r], spec.width,
-                                                  std::max(3, spec.channel_count()), token.reference_pads[r]));
+      copies = std::max(copies, current + metric->plan.plan.work_bytes +
+                                    StripBuffer::bytes(token.reference_rows[r], spec.width,
+                                                       std::max(3, spec.channel_count()), token.reference_pads[r]));
     }
     peak = std::max(peak, held + current + maps + copies);
   }
