@@ -16,7 +16,9 @@ namespace display_parameters {
 namespace tp = triad_plugin;
 
 inline constexpr const char* kLayoutDoc =
-    "how the subpixels lie: a name that triad list layouts shows, or the path of a layout's TOML file";
+    "how the subpixels lie: rgb, bgr, qd-oled or another name that triad list layouts shows, or the path of a "
+    "layout's "
+    "TOML file";
 inline constexpr const char* kOriginDoc =
     "the panel's pixel on which the picture's first lies; counts for layouts whose tile is larger than a pixel";
 inline constexpr double kOrigin[] = {0, 0};

@@ -213,7 +213,8 @@ typedef struct {
   /* into += from, called with ascending y. May be NULL when state_bytes is 0. In a filter's last pass the states of
    * rows that are made a second time, for another strip, are left out (since 1.1; 1.0 merged none of that pass). */
   triad_status (*merge)(const void* inst, triad_call*, int32_t pass, void* into, const void* from);
-  /* Once a pass, after its last strip. scores: n_scores doubles, in the last pass of a metric; else NULL. May be NULL for a one-pass filter. */
+  /* Once a pass, after its last strip. scores: n_scores doubles, in the last pass of a metric; else NULL. May be NULL
+   * for a one-pass filter. */
   triad_status (*end_pass)(void* inst, triad_call*, int32_t pass, const void* state, double* scores);
 } triad_stage;
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <triad/display/internal/descent.hpp>
 #include <triad/display/internal/tile_equations.hpp>
+#include <triad/numeric/cpu.hpp>
 
 namespace triad {
 
@@ -18,8 +19,29 @@ namespace {
 
 constexpr size_t kChunk = 16;  // frequencies that are worked on at once
 
+// The loops below are compiled twice, the wider for processors with AVX2. Both give the same bits: no operation is
+// fused or reordered. Whatever they call must be part of them.
+#define TRIAD_INLINE inline __attribute__((always_inline))
+#if defined(__x86_64__)
+template <class Body>
+__attribute__((target("avx2"))) void run_wide(const Body& body) {
+  body();
+}
+template <class Body>
+TRIAD_INLINE void dispatch(const Body& body) {
+  static const bool kWide = default_cpu_path() != CpuPath::kBaseline;
+  kWide ? run_wide(body) : body();
+}
+#else
+template <class Body>
+TRIAD_INLINE void dispatch(const Body& body) {
+  body();
+}
+#endif
+#define TRIAD_BODY [&]() __attribute__((always_inline))
+
 template <class Real>
-Real clamped(Real v, Real low, Real high) {
+TRIAD_INLINE Real clamped(Real v, Real low, Real high) {
   const Real up = v < low ? low : v;
   return up > high ? high : up;
 }
@@ -29,7 +51,7 @@ template <class Real>
 struct Chunk {
   Real re[kChunk], im[kChunk];
 
-  void load(const std::complex<Real>* from, size_t n) {
+  TRIAD_INLINE void load(const std::complex<Real>* from, size_t n) {
     const Real* values = reinterpret_cast<const Real*>(from);
     for (size_t i = 0; i < n; ++i) {
       re[i] = values[2 * i];
@@ -41,7 +63,7 @@ struct Chunk {
 
 // out[e] = sum over f of K_ef v_f, for kChunk frequencies of which n have a table.
 template <class Real>
-void product(int E, size_t n, const Real* K, size_t stride, const Chunk<Real>* v, Chunk<Real>* out) {
+TRIAD_INLINE void product(int E, size_t n, const Real* K, size_t stride, const Chunk<Real>* v, Chunk<Real>* out) {
   Real a[kChunk] = {}, b[kChunk] = {};
   for (int e = 0; e < E; ++e) {
     const Real* diagonal = K + static_cast<size_t>(e) * stride;
@@ -76,12 +98,14 @@ void Sums::add(const Sums& other) {
 template <class Real>
 void advance(size_t n, const Real* x, const Real* box, Real rho, Real* state, Real* next) {
   constexpr Real kStep = static_cast<Real>(kRelaxation);
-  for (size_t i = 0; i < n; ++i) {
-    const Real low = -box[i], high = 1 - box[i];
-    const Real s = state[i] + kStep * (x[i] - clamped(state[i], low, high));
-    state[i] = s;
-    next[i] = rho * (2 * clamped(s, low, high) - s);
-  }
+  dispatch(TRIAD_BODY {
+    for (size_t i = 0; i < n; ++i) {
+      const Real low = -box[i], high = 1 - box[i];
+      const Real s = state[i] + kStep * (x[i] - clamped(state[i], low, high));
+      state[i] = s;
+      next[i] = rho * (2 * clamped(s, low, high) - s);
+    }
+  });
 }
 
 namespace {
@@ -99,11 +123,12 @@ struct Lanes {
 };
 
 template <bool kFloored, class Real>
-Sums certified(size_t n, const Real* x, const Real* box, Real penalty, Real floor, Real* state, Real* difference) {
+TRIAD_INLINE Sums certified(size_t n, const Real* x, const Real* box, Real penalty, Real floor, Real* state,
+                            Real* difference) {
   constexpr Real kStep = static_cast<Real>(kRelaxation);
   const Real over_floor = kFloored ? 1 / floor : 0;
   Lanes lanes;
-  const auto one = [&](size_t i, size_t lane) {
+  const auto one = [&](size_t i, size_t lane) __attribute__((always_inline)) {
     const Real low = -box[i], high = 1 - box[i];
     const Real old = clamped(state[i], low, high);
     const Real mu = penalty * (x[i] - (2 * old - state[i]));
@@ -129,8 +154,12 @@ Sums certified(size_t n, const Real* x, const Real* box, Real penalty, Real floo
 template <class Real>
 Sums advance_certified(size_t n, const Real* x, const Real* box, Real penalty, Real floor, Real* state,
                        Real* difference) {
-  return floor > 0 ? certified<true>(n, x, box, penalty, floor, state, difference)
-                   : certified<false>(n, x, box, penalty, floor, state, difference);
+  Sums sums;
+  dispatch(TRIAD_BODY {
+    sums = floor > 0 ? certified<true>(n, x, box, penalty, floor, state, difference)
+                     : certified<false>(n, x, box, penalty, floor, state, difference);
+  });
+  return sums;
 }
 
 template <class Real>
@@ -147,19 +176,21 @@ template <class Real>
 void apply(int E, size_t n, const Real* K, size_t K_stride, const std::complex<Real>* h, size_t h_stride,
            std::complex<Real>* v, size_t v_stride) {
   Chunk<Real> in[kMaxEmitters], out[kMaxEmitters];
-  for (size_t from = 0; from < n; from += kChunk) {
-    const size_t count = std::min(kChunk, n - from);
-    for (int e = 0; e < E; ++e) in[e].load(v + static_cast<size_t>(e) * v_stride + from, count);
-    product(E, count, K + from, K_stride, in, out);
-    for (int e = 0; e < E; ++e) {
-      const Real* start = reinterpret_cast<const Real*>(h + static_cast<size_t>(e) * h_stride + from);
-      Real* to = reinterpret_cast<Real*>(v + static_cast<size_t>(e) * v_stride + from);
-      for (size_t i = 0; i < count; ++i) {
-        to[2 * i] = start[2 * i] + out[e].re[i];
-        to[2 * i + 1] = start[2 * i + 1] + out[e].im[i];
+  dispatch(TRIAD_BODY {
+    for (size_t from = 0; from < n; from += kChunk) {
+      const size_t count = std::min(kChunk, n - from);
+      for (int e = 0; e < E; ++e) in[e].load(v + static_cast<size_t>(e) * v_stride + from, count);
+      product(E, count, K + from, K_stride, in, out);
+      for (int e = 0; e < E; ++e) {
+        const Real* start = reinterpret_cast<const Real*>(h + static_cast<size_t>(e) * h_stride + from);
+        Real* to = reinterpret_cast<Real*>(v + static_cast<size_t>(e) * v_stride + from);
+        for (size_t i = 0; i < count; ++i) {
+          to[2 * i] = start[2 * i] + out[e].re[i];
+          to[2 * i + 1] = start[2 * i + 1] + out[e].im[i];
+        }
       }
     }
-  }
+  });
 }
 
 template <class Real>
@@ -181,55 +212,59 @@ double quadratic(int E, size_t n, const Real* A, size_t A_stride, const std::com
                  const Real* share) {
   Chunk<Real> in[kMaxEmitters], out[kMaxEmitters];
   double sum = 0;
-  for (size_t from = 0; from < n; from += kChunk) {
-    const size_t count = std::min(kChunk, n - from);
-    for (int e = 0; e < E; ++e) in[e].load(x + static_cast<size_t>(e) * x_stride + from, count);
-    product(E, count, A + from, A_stride, in, out);
-    for (int e = 0; e < E; ++e)
-      for (size_t i = 0; i < count; ++i)
-        sum += static_cast<double>(share[from + i]) *
-               (static_cast<double>(in[e].re[i]) * static_cast<double>(out[e].re[i]) +
-                static_cast<double>(in[e].im[i]) * static_cast<double>(out[e].im[i]));
-  }
+  dispatch(TRIAD_BODY {
+    for (size_t from = 0; from < n; from += kChunk) {
+      const size_t count = std::min(kChunk, n - from);
+      for (int e = 0; e < E; ++e) in[e].load(x + static_cast<size_t>(e) * x_stride + from, count);
+      product(E, count, A + from, A_stride, in, out);
+      for (int e = 0; e < E; ++e)
+        for (size_t i = 0; i < count; ++i)
+          sum += static_cast<double>(share[from + i]) *
+                 (static_cast<double>(in[e].re[i]) * static_cast<double>(out[e].re[i]) +
+                  static_cast<double>(in[e].im[i]) * static_cast<double>(out[e].im[i]));
+    }
+  });
   return sum;
 }
 
 template <class Real>
 void Residual<Real>::add() const {
   Real r_re[kChunk], r_im[kChunk];
-  for (int from = 0; from < n; from += static_cast<int>(kChunk)) {
-    const int count = std::min(static_cast<int>(kChunk), n - from);
-    for (int i = 0; i < count; ++i) r_re[i] = r_im[i] = 0;
-    for (int e = 0; e < E; ++e) {
-      const ptrdiff_t at = static_cast<ptrdiff_t>(e) * stride + from;
-      const Real *lr = light_re + at, *li = light_im + at, *br = box_re + at, *bi = box_im + at;
-      const Real p = P[e];
+  dispatch(TRIAD_BODY {
+    for (int from = 0; from < n; from += static_cast<int>(kChunk)) {
+      const int count = std::min(static_cast<int>(kChunk), n - from);
+      for (int i = 0; i < count; ++i) r_re[i] = r_im[i] = 0;
+      for (int e = 0; e < E; ++e) {
+        const ptrdiff_t at = static_cast<ptrdiff_t>(e) * stride + from;
+        const Real *lr = light_re + at, *li = light_im + at, *br = box_re + at, *bi = box_im + at;
+        const Real p = P[e];
+        for (int i = 0; i < count; ++i) {
+          r_re[i] += p * (lr[i] * br[i] - li[i] * bi[i]);
+          r_im[i] += p * (lr[i] * bi[i] + li[i] * br[i]);
+        }
+      }
       for (int i = 0; i < count; ++i) {
-        r_re[i] += p * (lr[i] * br[i] - li[i] * bi[i]);
-        r_im[i] += p * (lr[i] * bi[i] + li[i] * br[i]);
+        r_re[i] = target_re[from + i] - keep[from + i] * r_re[i];
+        r_im[i] = target_im[from + i] - keep[from + i] * r_im[i];
+      }
+      for (int i = 0; i < count; ++i) {
+        const Real w = weight[from + i];
+        energy[from + i] += w * (r_re[i] * r_re[i] + r_im[i] * r_im[i]);
+        r_re[i] *= w;
+        r_im[i] *= w;
+      }
+      for (int e = 0; e < E; ++e) {
+        const ptrdiff_t at = static_cast<ptrdiff_t>(e) * stride + from;
+        const Real *lr = light_re + at, *li = light_im + at;
+        Real *to_re = b_re + at, *to_im = b_im + at;
+        const Real p = P[e];
+        for (int i = 0; i < count; ++i) {
+          to_re[i] += p * (lr[i] * r_re[i] + li[i] * r_im[i]);
+          to_im[i] += p * (lr[i] * r_im[i] - li[i] * r_re[i]);
+        }
       }
     }
-    for (int i = 0; i < count; ++i) {
-      r_re[i] = target_re[from + i] - keep[from + i] * r_re[i];
-      r_im[i] = target_im[from + i] - keep[from + i] * r_im[i];
-    }
-    for (int i = 0; i < count; ++i) {
-      const Real w = weight[from + i];
-      energy[from + i] += w * (r_re[i] * r_re[i] + r_im[i] * r_im[i]);
-      r_re[i] *= w;
-      r_im[i] *= w;
-    }
-    for (int e = 0; e < E; ++e) {
-      const ptrdiff_t at = static_cast<ptrdiff_t>(e) * stride + from;
-      const Real *lr = light_re + at, *li = light_im + at;
-      Real *to_re = b_re + at, *to_im = b_im + at;
-      const Real p = P[e];
-      for (int i = 0; i < count; ++i) {
-        to_re[i] += p * (lr[i] * r_re[i] + li[i] * r_im[i]);
-        to_im[i] += p * (lr[i] * r_im[i] - li[i] * r_re[i]);
-      }
-    }
-  }
+  });
 }
 
 template <class Real>

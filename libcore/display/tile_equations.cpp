@@ -13,14 +13,6 @@ namespace {
 constexpr double kFlatWindow_px = 1.5;  // sigma of the window in which flat fields are protected
 using Complex = std::complex<double>;
 
-// exp(-2 pi i k n / N) with the product reduced exactly, so that no accuracy is lost on long rows.
-Complex turned(int64_t k, int64_t n, int64_t N) {
-  int64_t r = k * n % N;
-  if (r < 0) r += N;
-  const double angle = -2 * std::numbers::pi * static_cast<double>(r) / static_cast<double>(N);
-  return {std::cos(angle), std::sin(angle)};
-}
-
 int folded(int n, int N) { return std::min(n, N - n); }
 
 // Cycles per degree at each of N frequencies.
@@ -52,6 +44,13 @@ std::vector<double> baseband(int tiles, int aliases) {
 }
 
 }  // namespace
+
+std::complex<double> turned(int64_t k, int64_t n, int64_t N) {
+  int64_t r = k * n % N;
+  if (r < 0) r += N;
+  const double angle = -2 * std::numbers::pi * static_cast<double>(r) / static_cast<double>(N);
+  return {std::cos(angle), std::sin(angle)};
+}
 
 TileEquations::TileEquations(const Layout& layout, const Observer& observer, const FilterOptions& options,
                              int tiles_x, int tiles_y)

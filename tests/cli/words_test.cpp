@@ -36,11 +36,13 @@ TEST_F(Words, ListsScenesWithWhatTheyShow) {
 }
 
 TEST_F(Words, ExplainsParameters) {
-  expect_words({"help", "platt"}, {"layout",    "rgb",      "tolerance", "csf",    "scielab",    "kolpatzik-bouman",
-                                   "ppd",       "40",       "lambda",    "0.01",   "flat-field", "exact",
-                                   "free",      "channels", "edge",      "mirror", "wrap",       "engine",
-                                   "fft",       "fir",      "auto",      "taps",   "range",      "clip",
-                                   "unbounded", "origin"});
+  expect_words({"help", "platt"}, {"layout",    "rgb",      "wrap",        "csf",    "scielab",    "kolpatzik-bouman",
+                                   "ppd",       "40",       "lambda",      "0.01",   "flat-field", "exact",
+                                   "free",      "channels", "edge",        "mirror", "wrap",       "engine",
+                                   "fft",       "fir",      "auto",        "taps",   "range",      "clip",
+                                   "unbounded", "origin",   "constrained", "mode",   "plane",      "iterations",
+                                   "tolerance"});
+  expect_words({"help", "displaced-box"}, {"layout", "edge", "range", "origin"});
   expect_words({"help", "display"}, {"layout", "csf", "ppd", "channels", "edge", "border", "range", "mode", "rows",
                                      "plane", "rmse", "ratio", "fringe", "delta-e"});
   expect_words({"help", "panel"}, {"layout", "scale", "gain", "lines", "origin"});

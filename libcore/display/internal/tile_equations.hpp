@@ -4,6 +4,7 @@
 
 #include <array>
 #include <complex>
+#include <cstdint>
 #include <triad/display/filter_design.hpp>
 #include <triad/display/layout.hpp>
 #include <triad/display/vision.hpp>
@@ -81,6 +82,9 @@ class TileEquations {
   std::vector<double> window_x_, window_y_;      // [m]
   std::vector<double> baseband_x_, baseband_y_;  // [n]
 };
+
+// exp(-2 pi i k n / N) with the product reduced exactly, so that no accuracy is lost on long rows.
+std::complex<double> turned(int64_t k, int64_t n, int64_t N);
 
 // Hermitian E x E matrices of many frequencies as E^2 real numbers each: first the diagonal, then for e < f in
 // row order the real and the imaginary part of element (e, f).
