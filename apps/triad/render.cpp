@@ -113,8 +113,8 @@ Job check(const Options& options) {
   job.source.width = job.film.width;
   job.source.height = job.film.height;
   const FilmPlanes& planes = job.render.planes;
-  job.source.geometry = planes.depth || planes.position || planes.normal || planes.albedo || planes.object_id ||
-                        planes.material_id;
+  job.source.geometry =
+      planes.depth || planes.position || planes.normal || planes.albedo || planes.object_id || planes.material_id;
   job.source.picture_aspect = static_cast<double>(job.picture.width) / job.picture.height;
   if (!options.effects.empty()) job.source.effects = raytracer::parse_effects(options.effects);
   job.source.max_depth = options.bounces;
@@ -138,7 +138,8 @@ class SharedProgress {
 std::shared_ptr<const raytracer::Scene> load(const Options& options) {
   Progress progress("loading " + options.scene);
   const auto update = [&progress](double done) { progress.update(done); };
-  return std::make_shared<const raytracer::Scene>(raytracer::load_gltf(scene_file(options.scene), {options.camera, update}));
+  return std::make_shared<const raytracer::Scene>(
+      raytracer::load_gltf(scene_file(options.scene), {options.camera, update}));
 }
 
 std::unique_ptr<raytracer::SceneSource> build(std::shared_ptr<const raytracer::Scene> scene, Job& job) {

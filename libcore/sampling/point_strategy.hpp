@@ -23,7 +23,8 @@ class PointStrategy : public Strategy {
 
  protected:
   virtual uint32_t samples_per_pixel() const = 0;
-  // Sets x and y of requests that say all else and share a seed: point number `index` of its pixel. Pure, any thread.
+  // Sets x and y of requests that say all else: point number `index` of its pixel. They share a seed, and where
+  // neighbours are of one pixel, their indices count up by one. Pure, any thread.
   virtual void place(std::span<SampleRequest> requests) const = 0;
 
  private:

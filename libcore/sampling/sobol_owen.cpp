@@ -28,24 +28,20 @@ class SobolOwen final : public PointStrategy {
     std::array<uint32_t, kAtOnce> index{}, seed_x{}, seed_y{};
     std::array<int32_t, kAtOnce> pixel_x{}, pixel_y{};
     std::array<double, kAtOnce> x, y;
-    SobolOwenSeeds seeds(0);
-    int32_t seeded_x = 0, seeded_y = 0;
-    bool seeded = false;
     for (; !requests.empty(); requests = requests.subspan(std::min(kAtOnce, requests.size()))) {
       const size_t n = std::min(kAtOnce, requests.size());
-      for (size_t i = 0; i < n; ++i) {
-        const SampleRequest& request = requests[i];
-        if (!seeded || request.pixel_x != seeded_x || request.pixel_y != seeded_y) {
-          seeds = SobolOwenSeeds(SampleRandom::pixel_key(request.pixel_x, request.pixel_y, request.seed));
-          seeded_x = request.pixel_x;
-          seeded_y = request.pixel_y;
-          seeded = true;
+      for (size_t first = 0, past = 0; first < n; first = past) {  // runs of one pixel
+        const SampleRequest& run = requests[first];
+        for (past = first + 1; past < n; ++past)
+          if (requests[past].pixel_x != run.pixel_x || requests[past].pixel_y != run.pixel_y) break;
+        const SobolOwenSeeds seeds(SampleRandom::pixel_key(run.pixel_x, run.pixel_y, run.seed));
+        for (size_t i = first; i < past; ++i) {
+          index[i] = run.index + static_cast<uint32_t>(i - first);
+          pixel_x[i] = run.pixel_x;
+          pixel_y[i] = run.pixel_y;
+          seed_x[i] = seeds.x;
+          seed_y[i] = seeds.y;
         }
-        index[i] = request.index;
-        pixel_x[i] = request.pixel_x;
-        pixel_y[i] = request.pixel_y;
-        seed_x[i] = seeds.x;
-        seed_y[i] = seeds.y;
       }
       run_widest([&]() TRIAD_INLINE_BODY {
         for (size_t i = 0; i < kAtOnce; ++i) {
