@@ -225,7 +225,7 @@ TEST(ConstrainedStability, LongAndPrimeRows) {
   double worst = 0;
   for (const int width : {1, 2, 3, 97, 100003})
     for (const Edge edge : {Edge::kMirror, Edge::kWrap}) {
-      const auto cells = cells_of(text, layout, width, 1);
+      const auto cells = cells_of([](double x, double y) { return text(x, y + 4); }, layout, width, 1);
       const Solved single = solve<float>(layout, 40, width, 1, cells, {{}, 15, 0}, edge);
       const Solved exact = solve<double>(layout, 40, width, 1, cells, {{}, 15, 0}, edge);
       for (size_t i = 0; i < single.drives.size(); ++i) ASSERT_NEAR(single.drives[i], exact.drives[i], 1e-5) << width;
