@@ -32,8 +32,8 @@ class Dice {
 };
 
 std::vector<Stroke> at_random_angles(int width_px, int height_px, bool coloured, uint64_t seed) {
-  constexpr double kThinnest_px = 1, kWidest_px = 3, kShortest_px = 10, kLongest_px = 60;
-  constexpr double kGround_px2 = 280;  // for each stroke, of 70 on average: a quarter, less where they overlap
+  constexpr double kThinnest_px = .5, kWidest_px = 2, kShortest_px = 10, kLongest_px = 60;
+  constexpr double kGround_px2 = 280;  // for each stroke, of 44 on average
   const double area = static_cast<double>(width_px) * height_px;
   std::vector<Stroke> strokes(static_cast<size_t>(std::ceil(area / kGround_px2)));
   for (size_t i = 0; i < strokes.size(); ++i) {
@@ -121,7 +121,7 @@ std::unique_ptr<Source> make_strokes(const std::string& name, int width_px, int 
     return std::make_unique<StrokesSource>(width_px, height_px, cells, background, std::move(strokes));
   };
   if (name == "strokes") return make({0, 0, 0}, at_random_angles(width_px, height_px, false, seed));
-  if (name == "colours") return make({.5f, .5f, .5f}, at_random_angles(width_px, height_px, true, seed));
+  if (name == "colours") return make({0, 0, 0}, at_random_angles(width_px, height_px, true, seed));
   if (name == "stems") return make({1, 1, 1}, stems(width_px, height_px, seed));
   throw_usage("no picture is called '" + name + "'" + did_you_mean(name, stroke_picture_names()) + "; there are '" +
               join(stroke_picture_names(), "', '") + "'");

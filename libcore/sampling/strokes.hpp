@@ -42,8 +42,8 @@ class StrokesSource final : public Source {
 const std::vector<std::string>& stroke_picture_names();
 
 // `name` one of
-//   strokes  white strokes at random angles on black, 1 to 3 pixels wide, about a quarter of the ground
-//   colours  the same strokes in random colours of the whole gamut on mid grey
+//   strokes  white strokes at random angles on black, .5 to 2 pixels wide, about a seventh of the ground
+//   colours  the same strokes, each in a random colour of the whole gamut
 //   stems    black on white, upright and level stems of about a pixel in lines, as letters are made of
 // The same for the same name, size and seed. Throws Error(kUsage) for any other name.
 std::unique_ptr<Source> make_strokes(const std::string& name, int width_px, int height_px, const Cells& cells,
