@@ -11,6 +11,7 @@
 #include <triad/pipeline/run.hpp>
 #include <triad/sampling/strokes.hpp>
 
+#include "bundled_scenes.hpp"
 #include "study_work.hpp"
 
 namespace triad::app {
@@ -199,16 +200,16 @@ class FilterWork final : public StudyWork {
   // Drawn on the cells of `layout`; files are taken as they are.
   Picture picture(const SettingValues& values, const std::string& layout) {
     const std::string name = values.text("picture");
-    const bool file = name.find('/') != std::string::npos || name.ends_with(".exr");
+    const bool drawn = name.find('.') == std::string::npos || name.ends_with(".gltf") || name.ends_with(".glb");
     std::string key = name;
-    if (!file)
+    if (drawn)
       for (const char* setting : {"size", "spp", "strategy", "seed", "camera"})
         key += " " + values.text_or(setting, "-");
     const Layout panel = load_layout(layout);
     const Cells cells{panel.cells_x, panel.cells_y};
-    if (!file) key += " " + std::to_string(cells.x) + "x" + std::to_string(cells.y);
+    if (drawn) key += " " + std::to_string(cells.x) + "x" + std::to_string(cells.y);
     auto& image = pictures_[key];
-    if (!image) image = std::make_shared<const Image>(file ? read(name) : draw(name, values, cells));
+    if (!image) image = std::make_shared<const Image>(drawn ? draw(name, values, cells) : read(name));
     return {key, image};
   }
 
@@ -220,6 +221,15 @@ class FilterWork final : public StudyWork {
     return image;
   }
 
+  // Refuses what is neither a picture's or scene's name nor a scene's file.
+  static void check_name(const std::string& name, const SettingValues& values) {
+    std::vector<std::string> names = stroke_picture_names();
+    for (const BundledScene& scene : bundled_scenes()) names.push_back(scene.name);
+    if (name.find('.') == std::string::npos && std::find(names.begin(), names.end(), name) == names.end())
+      throw_input(values.where() + ": no picture is called '" + name + "'" + did_you_mean(name, names) +
+                  "; there are '" + join(names, "', '") + "', or name a wide render's file");
+  }
+
   static Image draw(const std::string& name, const SettingValues& values, const Cells& cells) {
     const PictureSize size = values.size(), film = film_size(size, cells);
     const auto& own = stroke_picture_names();
@@ -227,6 +237,7 @@ class FilterWork final : public StudyWork {
     if (std::find(own.begin(), own.end(), name) != own.end()) {
       source = make_strokes(name, size.width, size.height, cells, values.seed());
     } else {
+      check_name(name, values);
       raytracer::SourceOptions options;
       options.width = film.width;
       options.height = film.height;

@@ -24,6 +24,7 @@ class StudyWork {
 // settings that it does not have.
 std::unique_ptr<StudyWork> make_study_work(const StudyPlan& plan);
 std::unique_ptr<StudyWork> make_render_work(const StudyPlan& plan);
+// Its settings are explained in data/studies/filter.toml.
 std::unique_ptr<StudyWork> make_filter_work(const StudyPlan& plan);
 
 // One setting's values, by name. Throws Error(kInput) that names the plan's file.

@@ -26,7 +26,8 @@ class FilterStudy : public Cli {
                   "\n[[axis]]\nname = 'filter'\nvalues = " +
                   list(filters, [](const std::string& v) { return "'" + v + "'"; }) + "\n");
     Medians medians;
-    for (const auto& run : expect_success({"study", "plan.toml", "--json", "-"}).json()["runs"]) {
+    const auto results = expect_success({"study", "plan.toml", "--json", "-"}).json();
+    for (const auto& run : results["runs"]) {
       auto& of = medians[{run["settings"]["filter"], std::stoi(run["settings"]["ppd"].get<std::string>())}];
       for (const auto& [name, value] : run["median"].items()) of[name] = value.get<double>();
     }
@@ -124,7 +125,8 @@ TEST_F(FilterStudy, RefusesWhatCannotBeRun) {
     expect_refusal({"study", "plan.toml"}, words);
   };
   const std::string good = "picture = 'stems'\nsize = '16x8'\nspp = 1\nlayout = 'rgb'\nppd = 40\n";
-  refuse("picture = 'stem'\nsize = '16x8'\nspp = 1\nlayout = 'rgb'\nppd = 40\n", "platt", {"stem"});
+  refuse("picture = 'stem'\nsize = '16x8'\nspp = 1\nlayout = 'rgb'\nppd = 40\n", "platt",
+         {"plan.toml", "stem", "'stems'", "cornell"});
   refuse("picture = 'stems'\nsize = '16'\nspp = 1\nlayout = 'rgb'\nppd = 40\n", "platt", {"plan.toml", "400x225"});
   refuse("picture = 'stems'\nsize = '16x8'\nlayout = 'rgb'\nppd = 40\n", "platt", {"plan.toml", "spp"});
   refuse("picture = 'stems'\nsize = '16x8'\nspp = 1\nppd = 40\n", "platt", {"plan.toml", "layout"});
