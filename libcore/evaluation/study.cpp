@@ -42,6 +42,18 @@ const std::vector<double>& values_of(const StudyRecord& record, const std::strin
   return found->second;
 }
 
+void require_measured(const StudyPlan& plan, const StudySettings& settings, const Measurements& measured) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : measured) names.push_back(name);
+  for (const std::string& wanted : plan.pareto) {
+    if (std::find(names.begin(), names.end(), wanted) != names.end()) continue;
+    std::string which;
+    for (const auto& [name, value] : settings) which += (which.empty() ? "" : ", ") + name + " = " + value;
+    throw_input("'" + plan.file + "': 'pareto' names '" + wanted + "', which " + which + " does not measure" +
+                did_you_mean(wanted, names) + "; it measures '" + join(names, "', '") + "'");
+  }
+}
+
 std::string short_number(double value) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, std::abs(value) >= 1e6 || value == std::floor(value) ? "%.0f" : "%.4g", value);
@@ -102,8 +114,9 @@ StudyPlan load_study(const std::string& name) {
       if (!count || *count < 1 || *count > kMostRepeats)
         throw_input(where(node) + ": 'repeats' is a whole number from 1 to " + std::to_string(kMostRepeats));
       plan.repeats = static_cast<int>(*count);
-    } else if (k == "measure" && node.is_array()) {
-      for (const auto& element : *node.as_array()) plan.measure.push_back(value_text(element, where(node)));
+    } else if ((k == "measure" || k == "pareto" || k == "within") && node.is_array()) {
+      auto& names = k == "measure" ? plan.measure : k == "pareto" ? plan.pareto : plan.within;
+      for (const auto& element : *node.as_array()) names.push_back(value_text(element, where(node)));
     } else if (k == "fixed" && node.is_table()) {
       for (const auto& [setting, value] : *node.as_table()) {
         add_name(std::string(setting.str()), value);
@@ -125,11 +138,19 @@ StudyPlan load_study(const std::string& name) {
       }
     } else {
       throw_input(where(node) + ": unknown or misshapen '" + k +
-                  "'; a study has title, work, repeats, measure = [...], [fixed] and [[axis]]");
+                  "'; a study has title, work, repeats, measure, pareto and within = [...], [fixed] and [[axis]]");
     }
   }
   if (plan.work.empty()) throw_input("'" + plan.file + "': 'work' is missing: what is to be run");
   if (plan.axes.empty()) throw_input("'" + plan.file + "': no [[axis]]: a study varies something");
+  if (plan.pareto.empty() && !plan.within.empty())
+    throw_input("'" + plan.file + "': 'within' groups what 'pareto' compares, and there is no 'pareto'");
+  std::vector<std::string> axes;
+  for (const auto& axis : plan.axes) axes.push_back(axis.name);
+  for (const std::string& group : plan.within)
+    if (std::find(axes.begin(), axes.end(), group) == axes.end())
+      throw_input("'" + plan.file + "': 'within' names '" + group + "', which is no axis" +
+                  did_you_mean(group, axes) + "; there are '" + join(axes, "', '") + "'");
   return plan;
 }
 
@@ -160,7 +181,10 @@ std::vector<StudyRecord> run_study(const StudyPlan& plan, const std::vector<Stud
       whole.insert(whole.end(), plan.fixed.begin(), plan.fixed.end());
       const Measurements measured = work(whole);
       if (progress) progress(++done / total);
-      if (repeat < 0) continue;  // caches and clocks warm up
+      if (repeat < 0) {  // caches and clocks warm up
+        require_measured(plan, settings[i], measured);
+        continue;
+      }
       records[i].settings = settings[i];
       for (const auto& [name, value] : measured) {
         auto& values = records[i].values[name];
@@ -177,7 +201,10 @@ std::string study_table(const StudyPlan& plan, const std::vector<StudyRecord>& r
   std::vector<std::vector<std::string>> rows(1);
   for (const auto& axis : plan.axes) rows[0].push_back(axis.name);
   for (const std::string& column : columns) rows[0].push_back(column);
-  for (const StudyRecord& record : records) {
+  const std::vector<bool> best = pareto_optimal(plan, records);
+  if (!best.empty()) rows[0].push_back("best");
+  for (size_t r = 0; r < records.size(); ++r) {
+    const StudyRecord& record = records[r];
     auto& row = rows.emplace_back();
     for (const auto& [name, value] : record.settings) row.push_back(value);
     for (const std::string& column : columns) {
@@ -188,6 +215,7 @@ std::string study_table(const StudyPlan& plan, const std::vector<StudyRecord>& r
       const double spread = record.spread(column);
       row.push_back(short_number(record.median(column)) + (spread > 0 ? " ±" + short_number(spread) : ""));
     }
+    if (!best.empty()) row.push_back(best[r] ? "*" : "");
   }
   // "±" is two bytes of UTF-8 and one column.
   const auto width = [](const std::string& text) {
@@ -221,8 +249,11 @@ std::string study_to_json(const StudyPlan& plan, const std::vector<StudyRecord>&
   root["work"] = plan.work;
   root["repeats"] = plan.repeats;
   root["fixed"] = object(plan.fixed);
+  const std::vector<bool> best = pareto_optimal(plan, records);
+  if (!best.empty()) root["pareto"] = {{"measures", plan.pareto}, {"within", plan.within}};
   root["runs"] = Json::array();
-  for (const StudyRecord& record : records) {
+  for (size_t r = 0; r < records.size(); ++r) {
+    const StudyRecord& record = records[r];
     Json run;
     run["settings"] = object(record.settings);
     run["median"] = run["spread"] = run["values"] = Json::object();
@@ -231,6 +262,7 @@ std::string study_to_json(const StudyPlan& plan, const std::vector<StudyRecord>&
       run["spread"][name] = record.spread(name);
       run["values"][name] = record.values.at(name);
     }
+    if (!best.empty()) run["pareto"] = static_cast<bool>(best[r]);
     root["runs"].push_back(std::move(run));
   }
   return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -20,6 +20,8 @@ using StudySettings = std::vector<std::pair<std::string, std::string>>;
 //   work = "render"            # what is run
 //   repeats = 5                # of each setting, after one that is not counted
 //   measure = ["seconds"]      # columns of the table: names that the work reports; {}: all
+//   pareto = ["seconds", "rmse"]  # marks the settings that none beats in one of these and equals in the others,
+//   within = ["scene"]            # among those that have the same values on these axes; {}: among all
 //
 //   [fixed]                    # settings that all runs share
 //   size = "200x112"
@@ -30,7 +32,7 @@ using StudySettings = std::vector<std::pair<std::string, std::string>>;
 struct StudyPlan {
   std::string name, title, work, file;
   int repeats = 5;
-  std::vector<std::string> measure;
+  std::vector<std::string> measure, pareto, within;
   StudySettings fixed;
   struct Axis {
     std::string name;
@@ -62,14 +64,23 @@ struct StudyRecord {
 std::vector<StudySettings> study_settings(const StudyPlan& plan);
 
 // Runs `work` for each of `settings` (fixed settings appended) once without counting, then plan.repeats times in
-// turns: all settings, then all again. progress: share done in [0, 1]. Throws what `work` throws.
+// turns: all settings, then all again. progress: share done in [0, 1]. Throws what `work` throws, and Error(kInput)
+// as soon as a setting measures nothing of a name in plan.pareto.
 std::vector<StudyRecord> run_study(const StudyPlan& plan, const std::vector<StudySettings>& settings,
                                    const std::function<Measurements(const StudySettings&)>& work,
                                    const std::function<void(double)>& progress = {});
 
-// Columns of settings, then for each measured name its median, and its spread where runs differ.
+// For each record whether it is Pareto-optimal: among the records that share its values on the axes plan.within,
+// none has medians that are all at most as large, in the measures plan.pareto, and one that is smaller. Records
+// that tie in every measure do not beat each other. Empty if plan.pareto is. A NaN beats nothing and is never marked.
+std::vector<bool> pareto_optimal(const StudyPlan& plan, const std::vector<StudyRecord>& records);
+
+// Columns of settings, then for each measured name its median, and its spread where runs differ; with plan.pareto,
+// a column "best" in which * marks the Pareto-optimal.
 std::string study_table(const StudyPlan& plan, const std::vector<StudyRecord>& records);
-// {"study","title","work","repeats","fixed":{},"runs":[{"settings":{},"median":{},"spread":{},"values":{}}]}
+// {"study","title","work","repeats","fixed":{},"pareto":{"measures":[],"within":[]},
+// "runs":[{"settings":{},"median":{},"spread":{},"values":{},"pareto"}]}; both "pareto" with plan.pareto only, that
+// of a run true or false. A number that is not finite is null.
 std::string study_to_json(const StudyPlan& plan, const std::vector<StudyRecord>& records);
 
 }  // namespace triad

@@ -36,6 +36,9 @@ enum class NanPolicy {
 struct PictureRequest {
   std::string path;
   ReadOptions read;
+  // The picture itself, in place of a file: then `path` is its name in messages, different for different pictures,
+  // and `read` counts for nothing. Its colour_space is a name of the colour configuration, or "".
+  std::shared_ptr<const Image> image = nullptr;
 };
 
 struct MetricRequest {
@@ -51,8 +54,9 @@ struct CropRequest {
 struct RunRequest {
   PictureRequest input;
   std::vector<ChainItem> stages;
-  std::string output;        // "" none
-  std::string output_space;  // --to; "" by format
+  std::string output;         // "" none
+  bool keep_picture = false;  // what comes out of the chain, as it is, goes to RunResult::picture
+  std::string output_space;   // --to; "" by format
   WriteOptions write;
   std::vector<MetricRequest> metrics;
   std::optional<CropRequest> crop;  // pooling is inside; of the metrics' test picture
@@ -89,8 +93,9 @@ struct RunResult {
     StageReports reports;
   };
   std::vector<Stage> stages;
-  NonFinite input_nonfinite;  // counted with kFail and kZero
-  double seconds = 0;         // from first read to last rename
+  std::shared_ptr<const Image> picture;  // with RunRequest::keep_picture
+  NonFinite input_nonfinite;             // counted with kFail and kZero
+  double seconds = 0;                    // from first read to last rename
 };
 
 // Not thread-safe; execute() uses all threads of thread_limit().

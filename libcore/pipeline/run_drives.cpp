@@ -284,7 +284,9 @@ void Run::Impl::fit_memory() {
   for (const Reference& reference : references) fixed += reference.source->memory_bytes();
   // Encoders hold some blocks of rows: about three of 64 rows, measured over the formats.
   for (const PictureOutput& out : outputs)
-    fixed += (1u << 20) + uint64_t{3} * 64 * out.spec.width * out.spec.channels.size() * sizeof(float);
+    fixed += out.path.empty()
+                 ? picture_bytes(out.spec)
+                 : (1u << 20) + uint64_t{3} * 64 * out.spec.width * out.spec.channels.size() * sizeof(float);
   // A held picture lives until the drive after the one that reads it: count the worst pair.
   uint64_t held_before = 0;
   peak_bytes = 0;

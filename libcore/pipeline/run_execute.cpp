@@ -27,6 +27,33 @@ class Stopwatch {
   Clock::time_point start_;
 };
 
+// A picture to hold rows of what is made of the input `path`.
+Image blank_image(const ImageSpec& spec, const std::string& path) {
+  Image image{spec, {}};
+  try {
+    image.pixels.resize(static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height) * spec.channels.size());
+  } catch (const std::bad_alloc&) {
+    throw_input("out of memory: '" + path + "' could not be held whole; see --max-memory");
+  }
+  return image;
+}
+
+// Fills a picture in memory.
+class PictureKeeper final : public ImageWriter {
+ public:
+  explicit PictureKeeper(Image& image) : image_(image) {}
+  void write_rows(int y0, int y1, const float* pixels, size_t row_stride) override {
+    for (int y = y0; y < y1; ++y)
+      std::memcpy(image_.row(y), pixels + static_cast<size_t>(y - y0) * row_stride,
+                  image_.row_floats() * sizeof(float));
+  }
+  void commit() override {}
+  uint64_t buffer_bytes() const override { return 0; }
+
+ private:
+  Image& image_;
+};
+
 StripBuffer copy_of(BufferPool& pool, const StripBuffer& from, RowRange rows) {
   StripBuffer copy(pool, rows, from.width(), from.channels(), {});
   for (int y = rows.y0; y < rows.y1; ++y)
@@ -71,6 +98,7 @@ struct Run::Impl::Execution {
   std::unique_ptr<Image> held;
   std::unique_ptr<PictureSource> held_source;
   std::unique_ptr<Image> next_held;
+  std::shared_ptr<Image> kept;  // with keep_picture
   std::function<void(double)> progress;
   int64_t tokens_done = 0, tokens_total = 0;
   RunResult result;
@@ -84,14 +112,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
   const bool input_pass = !drive.from_memory && drive.first == 0 && request.nan != NanPolicy::kKeep;
 
   if (drive.sink == Sink::kHold) {
-    run.next_held = std::make_unique<Image>();
-    run.next_held->spec = sink_spec;
-    try {
-      run.next_held->pixels.resize(static_cast<size_t>(sink_spec.width) * sink_spec.height *
-                                   sink_spec.channels.size());
-    } catch (const std::bad_alloc&) {
-      throw_input("out of memory: '" + request.input.path + "' could not be held whole; see --max-memory");
-    }
+    run.next_held = std::make_unique<Image>(blank_image(sink_spec, request.input.path));
   }
   if (drive.sink == Sink::kPass) run.state = StageState(filters[static_cast<size_t>(drive.last)]->plan().state_bytes);
   if (final_sink)
@@ -421,8 +442,14 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
   const auto start = Clock::now();
   Execution run;
   run.progress = progress;
-  for (const PictureOutput& out : outputs)
-    run.writers.push_back(ImageWriter::open(out.path, out.spec, request.write));
+  for (const PictureOutput& out : outputs) {
+    if (!out.path.empty()) {
+      run.writers.push_back(ImageWriter::open(out.path, out.spec, request.write));
+      continue;
+    }
+    run.kept = std::make_shared<Image>(blank_image(out.spec, request.input.path));
+    run.writers.push_back(std::make_unique<PictureKeeper>(*run.kept));
+  }
   for (const auto& metric : metrics)
     run.map_writers.push_back(metric->map_path.empty() ? nullptr
                                                        : ImageWriter::open(metric->map_path, metric->map_spec));
@@ -481,6 +508,7 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
     made.seconds = static_cast<double>(metric.nanoseconds.load()) * 1e-9;
     result.metrics.push_back(std::move(made));
   }
+  result.picture = run.kept;
   result.input_nonfinite = run.input_nonfinite;
   result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return std::move(result);

@@ -26,7 +26,7 @@ std::string Run::Impl::explain() const {
   std::string text = fmt::format("read        {}: {}\n", request.input.path, describe(level(0)));
   const auto outputs_at = [&](int at) {
     for (const PictureOutput& out : outputs) {
-      if (out.level != at) continue;
+      if (out.level != at || out.path.empty()) continue;
       text += colour_line(out.transform);
       text += fmt::format("write       {}: {}\n", out.path, describe(out.spec));
     }

@@ -20,7 +20,7 @@ inline constexpr int kMetricStripRows = 64;
 
 struct PictureOutput {
   int level = 0;
-  std::string path;
+  std::string path;  // "": kept in memory
   ColourTransform transform;
   ImageSpec spec;  // as written
 };

@@ -15,6 +15,10 @@ bool keeps_all_channels(const std::string& path) {
   return name.ends_with(".exr") || name.ends_with(".tif") || name.ends_with(".tiff");
 }
 
+std::unique_ptr<PictureSource> open_source(const PictureRequest& picture, const ColourConfig& colours) {
+  return picture.image ? memory_source(*picture.image) : open_file_source(picture.path, picture.read, colours);
+}
+
 }  // namespace
 
 Run::Impl::Impl(RunRequest made, PluginHost& host, const ColourConfig& config)
@@ -28,7 +32,7 @@ Run::Impl::Impl(RunRequest made, PluginHost& host, const ColourConfig& config)
   fit_memory();
 }
 
-void Run::Impl::open_input() { input = open_file_source(request.input.path, request.input.read, colours); }
+void Run::Impl::open_input() { input = open_source(request.input, colours); }
 
 void Run::Impl::add_filters(PluginHost& host) {
   std::vector<StageInstance> instances;
@@ -46,7 +50,7 @@ void Run::Impl::add_filters(PluginHost& host) {
   }
   // Channels beside colour and alpha are decoded only where all stages take them along and the file that is
   // written can hold them.
-  if (everything && request.input.read.channels.empty()) {
+  if (everything && !request.input.image && request.input.read.channels.empty()) {
     ReadOptions all = request.input.read;
     all.all_channels = true;
     input = open_file_source(request.input.path, all, colours);
@@ -86,6 +90,7 @@ void Run::Impl::add_outputs() {
       ++at;
   }
   if (!request.output.empty()) add(levels(), request.output);
+  if (request.keep_picture) outputs.push_back({levels(), "", {}, level(levels())});
 }
 
 bool Run::Impl::uses_mask() const { return request.crop || mask || request.metric_nan == NanPolicy::kIgnore; }
@@ -106,7 +111,8 @@ void Run::Impl::check_paths() const {
     const auto [entry, fresh] = taken.emplace(real(path), what);
     if (!fresh) throw_usage(what + " would overwrite " + entry->second);
   };
-  for (const PictureOutput& out : outputs) claim(out.path, "the output '" + out.path + "'");
+  for (const PictureOutput& out : outputs)
+    if (!out.path.empty()) claim(out.path, "the output '" + out.path + "'");
   for (const auto& metric : metrics) {
     if (metric->map_path.empty()) continue;
     if (real(metric->map_path) == real(request.input.path))
@@ -150,8 +156,7 @@ void Run::Impl::add_metrics(PluginHost& host) {
     if (!asked.reference.read.colour_space.empty())
       colours.require(asked.reference.read.colour_space, "--ref-from");  // or the message would name --from
     if (known == references.end())
-      references.push_back(
-          {asked.reference.path, open_file_source(asked.reference.path, asked.reference.read, colours)});
+      references.push_back({asked.reference.path, open_source(asked.reference, colours)});
     const ImageSpec& reference = references[node->reference].source->spec();
 
     std::vector<triad_image> images(desc.n_inputs);

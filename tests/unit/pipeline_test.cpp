@@ -207,6 +207,37 @@ TEST_F(Pipeline, TapsKeepThePictureAtThatPoint) {
   }
 }
 
+TEST_F(Pipeline, TakesPicturesFromMemoryAndKeepsThemThere) {
+  auto image = std::make_shared<Image>(make_image(13, 101, {"R", "G", "B"}));
+  const Image crossed = cross(2, "clamp")(*image), shuffled = mean(crossed);
+  for (const int rows : {0, 7}) {
+    RunRequest request;
+    request.input = {"the input", {}, image};
+    request.stages = {parse_stage("cross:radius=2")};
+    request.keep_picture = true;
+    request.strip_rows = rows;
+    MetricRequest metric;
+    metric.item = parse_metric("error");
+    metric.reference = {"the reference", {}, std::make_shared<const Image>(crossed)};
+    request.metrics = {metric};
+    const RunResult once = run(request);
+    ASSERT_TRUE(once.picture);
+    EXPECT_EQ(once.picture->pixels, crossed.pixels) << rows;
+    EXPECT_EQ(once.metrics[0].scores.at(3).value, 0);
+    EXPECT_EQ(once.metrics[0].reference, "the reference");
+    // What was kept is an input like any other; beside a file, and through a stage that holds the whole picture.
+    request = {};
+    request.input = {"kept", {}, once.picture};
+    request.stages = {parse_stage("mean")};
+    request.output = path("e.exr");
+    request.write.depth = Depth::kFloat;
+    request.keep_picture = true;
+    EXPECT_EQ(run(request).picture->pixels, shuffled.pixels);
+    EXPECT_EQ(read_image(path("e.exr")).pixels, shuffled.pixels);
+  }
+  EXPECT_EQ(fs::exists(path("the input")), false);
+}
+
 TEST_F(Pipeline, AlphaPassesByAndIsAveraged) {
   const Image image = make_image(12, 5, {"R", "G", "B", "A"});
   const std::string input = store("in.exr", image);

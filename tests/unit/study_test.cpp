@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -55,6 +56,9 @@ TEST_F(Studies, RefuseWhatIsNoPlan) {
            std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1]\nx=2\n"),
            std::string("work='r'\n[fixed]\na=1\n[[axis]]\nname='a'\nvalues=[1]\n"),
            std::string("work='r'\n[[axis]]\nname='a'\nvalues=[[1]]\n"), std::string("work='r'\naxis=3\n"),
+           std::string("work='r'\npareto='s'\n[[axis]]\nname='a'\nvalues=[1]\n"),
+           std::string("work='r'\nwithin=['a']\n[[axis]]\nname='a'\nvalues=[1]\n"),
+           std::string("work='r'\npareto=['s']\nwithin=['b']\n[[axis]]\nname='a'\nvalues=[1]\n"),
            std::string("work = \n")}) {
     try {
       load_study(write(bad));
@@ -92,6 +96,85 @@ TEST_F(Studies, RunInTurnsAndSummarise) {
   EXPECT_EQ(json.at("runs")[1].at("median").at("seconds"), 2);
   EXPECT_EQ(json.at("runs")[1].at("values").at("rays"), nlohmann::json({7, 7, 7}));
   EXPECT_EQ(json.at("fixed").at("spp"), "4");
+}
+
+// One record with a single run.
+StudyRecord record(const StudySettings& settings, double seconds, double rmse) {
+  return {settings, {{"seconds", {seconds}}, {"rmse", {rmse}}}, {"seconds", "rmse"}};
+}
+
+StudyPlan plan_of(const std::vector<std::string>& axes, const std::vector<std::string>& within) {
+  StudyPlan plan;
+  for (const std::string& axis : axes) plan.axes.push_back({axis, {"1"}});
+  plan.pareto = {"seconds", "rmse"};
+  plan.within = within;
+  return plan;
+}
+
+TEST(Pareto, MarksWhatNothingBeats) {
+  // By hand: a is quickest, d best; b beats c in both; e costs as much as d and is worse; f is as good as b and
+  // slower.
+  const std::vector<StudyRecord> records{record({{"n", "a"}}, 1, 9), record({{"n", "b"}}, 2, 5),
+                                         record({{"n", "c"}}, 3, 6), record({{"n", "d"}}, 4, 1),
+                                         record({{"n", "e"}}, 4, 2), record({{"n", "f"}}, 2.5, 5)};
+  EXPECT_THAT(pareto_optimal(plan_of({"n"}, {}), records), ElementsAre(true, true, false, true, false, false));
+}
+
+TEST(Pareto, TiesDoNotBeatEachOther) {
+  const std::vector<StudyRecord> records{record({{"n", "a"}}, 1, 1), record({{"n", "b"}}, 1, 1),
+                                         record({{"n", "c"}}, 1, 2)};
+  EXPECT_THAT(pareto_optimal(plan_of({"n"}, {}), records), ElementsAre(true, true, false));
+}
+
+TEST(Pareto, ComparesWithinGroupsOnly) {
+  // Each of ppd 20's beats its fellow of ppd 40, which are judged among themselves.
+  const std::vector<StudyRecord> records{
+      record({{"ppd", "20"}, {"n", "a"}}, 1, 2), record({{"ppd", "20"}, {"n", "b"}}, 2, 3),
+      record({{"ppd", "40"}, {"n", "a"}}, 3, 5), record({{"ppd", "40"}, {"n", "b"}}, 4, 4)};
+  EXPECT_THAT(pareto_optimal(plan_of({"ppd", "n"}, {"ppd"}), records), ElementsAre(true, false, true, true));
+  EXPECT_THAT(pareto_optimal(plan_of({"ppd", "n"}, {}), records), ElementsAre(true, false, false, false));
+}
+
+TEST(Pareto, TakesMediansAndLeavesOutWhatIsNoNumber) {
+  std::vector<StudyRecord> records{record({{"n", "a"}}, 5, 5), record({{"n", "b"}}, 5, 5),
+                                   record({{"n", "c"}}, 1, 1)};
+  records[0].values["seconds"] = {1, 4, 100};  // median 4, mean 35
+  records[2].values["rmse"] = {std::nan("")};
+  EXPECT_THAT(pareto_optimal(plan_of({"n"}, {}), records), ElementsAre(true, false, false));
+  StudyPlan none = plan_of({"n"}, {});
+  none.pareto.clear();
+  EXPECT_TRUE(pareto_optimal(none, records).empty());
+}
+
+TEST_F(Studies, ShowTheParetoOptimal) {
+  const StudyPlan plan = load_study(
+      write("title='T'\nwork='w'\nrepeats=1\nmeasure=['seconds']\npareto=['seconds','rmse']\nwithin=['g']\n"
+            "[[axis]]\nname='g'\nvalues=[1]\n[[axis]]\nname='n'\nvalues=['a','b']\n"));
+  const auto records = run_study(plan, study_settings(plan), [](const StudySettings& settings) {
+    const bool first = settings[1].second == "a";
+    return Measurements{{"seconds", first ? 1. : 2.}, {"rmse", first ? 3. : 4.}};
+  });
+  EXPECT_EQ(study_table(plan, records), "T\ng  n  seconds  best\n1  a        1     *\n1  b        2\n");
+  const auto json = nlohmann::json::parse(study_to_json(plan, records));
+  EXPECT_EQ(json.at("pareto").at("measures"), nlohmann::json({"seconds", "rmse"}));
+  EXPECT_EQ(json.at("pareto").at("within"), nlohmann::json({"g"}));
+  EXPECT_EQ(json.at("runs")[0].at("pareto"), true);
+  EXPECT_EQ(json.at("runs")[1].at("pareto"), false);
+}
+
+TEST_F(Studies, RefuseToCompareWhatIsNotMeasuredBeforeAllIsRun) {
+  const StudyPlan plan = load_study(write("work='w'\npareto=['second']\n[[axis]]\nname='n'\nvalues=['a','b']\n"));
+  int runs = 0;
+  try {
+    run_study(plan, study_settings(plan), [&](const StudySettings&) {
+      ++runs;
+      return Measurements{{"seconds", 1}};
+    });
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("'second'"), testing::HasSubstr("'seconds'")));
+  }
+  EXPECT_EQ(runs, 1);
 }
 
 }  // namespace
