@@ -23,43 +23,7 @@ class SobolOwen final : public PointStrategy {
 
  protected:
   uint32_t samples_per_pixel() const override { return spp_; }
-  void place(std::span<SampleRequest> requests) const override {
-    constexpr size_t kAtOnce = 64;
-    std::array<uint32_t, kAtOnce> index{}, seed_x{}, seed_y{};
-    std::array<int32_t, kAtOnce> pixel_x{}, pixel_y{};
-    std::array<double, kAtOnce> x, y;
-    SobolOwenSeeds seeds(0);
-    int32_t seeded_x = 0, seeded_y = 0;
-    bool seeded = false;
-    for (; !requests.empty(); requests = requests.subspan(std::min(kAtOnce, requests.size()))) {
-      const size_t n = std::min(kAtOnce, requests.size());
-      for (size_t i = 0; i < n; ++i) {
-        const SampleRequest& request = requests[i];
-        if (!seeded || request.pixel_x != seeded_x || request.pixel_y != seeded_y) {
-          seeds = SobolOwenSeeds(SampleRandom::pixel_key(request.pixel_x, request.pixel_y, request.seed));
-          seeded_x = request.pixel_x;
-          seeded_y = request.pixel_y;
-          seeded = true;
-        }
-        index[i] = request.index;
-        pixel_x[i] = request.pixel_x;
-        pixel_y[i] = request.pixel_y;
-        seed_x[i] = seeds.x;
-        seed_y[i] = seeds.y;
-      }
-      run_widest([&]() TRIAD_INLINE_BODY {
-        for (size_t i = 0; i < kAtOnce; ++i) {
-          const std::array<uint32_t, 2> point = sobol_owen_point(index[i], SobolOwenSeeds(seed_x[i], seed_y[i]));
-          x[i] = pixel_x[i] + point[0] * 0x1p-32;
-          y[i] = pixel_y[i] + point[1] * 0x1p-32;
-        }
-      });
-      for (size_t i = 0; i < n; ++i) {
-        requests[i].x = x[i];
-        requests[i].y = y[i];
-      }
-    }
-  }
+  void place(std::span<SampleRequest> requests) const override { place_sobol_owen(requests); }
 
  private:
   uint32_t spp_;
@@ -67,9 +31,49 @@ class SobolOwen final : public PointStrategy {
 
 }  // namespace
 
+void place_sobol_owen(std::span<SampleRequest> requests) {
+  constexpr size_t kAtOnce = 64;
+  std::array<uint32_t, kAtOnce> index{}, seed_x{}, seed_y{};
+  std::array<int32_t, kAtOnce> pixel_x{}, pixel_y{};
+  std::array<double, kAtOnce> x, y;
+  SobolOwenSeeds seeds(0);
+  int32_t seeded_x = 0, seeded_y = 0;
+  bool seeded = false;
+  for (; !requests.empty(); requests = requests.subspan(std::min(kAtOnce, requests.size()))) {
+    const size_t n = std::min(kAtOnce, requests.size());
+    for (size_t i = 0; i < n; ++i) {
+      const SampleRequest& request = requests[i];
+      if (!seeded || request.pixel_x != seeded_x || request.pixel_y != seeded_y) {
+        seeds = SobolOwenSeeds(SampleRandom::pixel_key(request.pixel_x, request.pixel_y, request.seed));
+        seeded_x = request.pixel_x;
+        seeded_y = request.pixel_y;
+        seeded = true;
+      }
+      index[i] = request.index;
+      pixel_x[i] = request.pixel_x;
+      pixel_y[i] = request.pixel_y;
+      seed_x[i] = seeds.x;
+      seed_y[i] = seeds.y;
+    }
+    run_widest([&]() TRIAD_INLINE_BODY {
+      for (size_t i = 0; i < kAtOnce; ++i) {
+        const std::array<uint32_t, 2> point = sobol_owen_point(index[i], SobolOwenSeeds(seed_x[i], seed_y[i]));
+        x[i] = pixel_x[i] + point[0] * 0x1p-32;
+        y[i] = pixel_y[i] + point[1] * 0x1p-32;
+      }
+    });
+    for (size_t i = 0; i < n; ++i) {
+      requests[i].x = x[i];
+      requests[i].y = y[i];
+    }
+  }
+}
+
 const StrategyEntry& sobol_owen_strategy() {
-  static const StrategyEntry entry{
-      kInfo, [](const StrategyValues& v) -> std::unique_ptr<Strategy> { return std::make_unique<SobolOwen>(v); }};
+  static const StrategyEntry entry{kInfo,
+                                   [](const StrategyValues& v, const std::string&) -> std::unique_ptr<Strategy> {
+                                     return std::make_unique<SobolOwen>(v);
+                                   }};
   return entry;
 }
 
