@@ -102,6 +102,8 @@ class Geometry {
 
   // texcoords: false where nothing reads them.
   Surface surface(const Ray& ray, HitId hit, bool texcoords) const;
+  // Whether the mesh's corners depend on the time.
+  bool moves(uint32_t mesh) const { return motion_ && scene_.meshes[mesh].moves(); }
   // The triangle's corners at a time.
   std::array<Float3, 3> corners(HitId triangle, float time) const;
 

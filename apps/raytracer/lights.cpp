@@ -119,8 +119,10 @@ Lights::Lights(const Scene& scene, const Geometry& geometry, EffectSet effects) 
       if (picture >= 0 && effects.has(Effect::kTexture)) radiance *= mean_luminance(scene.textures[picture]);
       for (uint32_t t = 0; t < mesh.indices.size(); ++t) {
         const HitId id{static_cast<uint32_t>(m), t};
-        triangles_.push_back(id);
-        powers.push_back(kPiD * area_of(geometry.corners(id, 0)) * radiance);
+        Lamp lamp{{}, {}, 0, material.emission, material.double_sided, picture >= 0, geometry.moves(id.mesh), id};
+        place_lamp(lamp, 0);
+        lamps_.push_back(lamp);
+        powers.push_back(kPiD * area_of(lamp.corners) * radiance);
       }
     }
   }
@@ -168,7 +170,18 @@ bool Lights::sample(Float3 point, float time, double u, float v, bool textures, 
     return sample_punctual(scene_.lights[punctual_[entry]], point, 1 / probability, light);
   const float place = std::min(static_cast<float>(u), 0x1.fffffep-1f);  // the largest float below 1
   if (entry == environment_entry_) return sample_environment(place, v, light);
-  return sample_triangle(triangles_[entry - punctual_.size()], point, time, place, v, probability, textures, light);
+  const Lamp& lamp = lamps_[entry - punctual_.size()];
+  if (!lamp.moves) return sample_triangle(lamp, point, place, v, probability, textures, light);
+  Lamp moved = lamp;
+  place_lamp(moved, time);
+  return sample_triangle(moved, point, place, v, probability, textures, light);
+}
+
+void Lights::place_lamp(Lamp& lamp, float time) const {
+  lamp.corners = geometry_.corners(lamp.id, time);
+  const Float3 across = cross(lamp.corners[1] - lamp.corners[0], lamp.corners[2] - lamp.corners[0]);
+  lamp.normal = normalise_safely(across);
+  lamp.area_m2 = length(across) / 2;
 }
 
 bool Lights::sample_punctual(const Light& light, Float3 point, float scale, LightSample& out) const {
@@ -197,40 +210,39 @@ bool Lights::sample_punctual(const Light& light, Float3 point, float scale, Ligh
   return edge > 0;
 }
 
-bool Lights::sample_triangle(HitId triangle, Float3 point, float time, float u, float v, float probability,
-                             bool textures, LightSample& out) const {
-  const std::array<Float3, 3> corners = geometry_.corners(triangle, time);
+bool Lights::sample_triangle(const Lamp& lamp, Float3 point, float u, float v, float probability, bool textures,
+                             LightSample& out) const {
   // Uniform on the triangle: Heitz, A Low-Distortion Map Between Triangle and Square, 2019.
-  const bool upper = v > u;
-  const float a = upper ? u / 2 : u - v / 2, b = upper ? v - u / 2 : v / 2;
-  const float c = 1 - a - b;
-  out.end = corners[0] * c + corners[1] * a + corners[2] * b;
-  const Float3 normal_area = cross(corners[1] - corners[0], corners[2] - corners[0]);
-  const float twice_area = length(normal_area);
+  const float half_least = std::min(u, v) / 2, a = u - half_least, b = v - half_least, c = 1 - a - b;
+  out.end = lamp.corners[0] * c + lamp.corners[1] * a + lamp.corners[2] * b;
   const Float3 way = out.end - point;
   const float square = dot(way, way);
-  if (!(twice_area > 0) || !(square > 0)) return false;
+  if (!(lamp.area_m2 > 0) || !(square > 0)) return false;
   out.distance = std::sqrt(square);
   out.towards = way / out.distance;
-  const Mesh& mesh = scene_.meshes[triangle.mesh];
-  const Material& material = scene_.materials[mesh.material];
-  float cosine = -dot(normal_area, out.towards) / twice_area;
-  if (material.double_sided) cosine = std::abs(cosine);
+  float cosine = -dot(lamp.normal, out.towards);
+  if (lamp.double_sided) cosine = std::abs(cosine);
   if (!(cosine > 0)) return false;
-  std::array<Float2, 2> uv{};
-  if (textures && material.emission_texture.texture >= 0) {
-    const auto& corner = mesh.indices[triangle.triangle];
-    for (int set = 0; set < 2; ++set) {
-      const auto& at = mesh.texcoords[set];
-      if (at.empty()) continue;
-      uv[set] = {c * at[corner[0]].x + a * at[corner[1]].x + b * at[corner[2]].x,
-                 c * at[corner[0]].y + a * at[corner[1]].y + b * at[corner[2]].y};
-    }
-  }
-  out.pdf = probability * square / (cosine * twice_area / 2);
-  if (!(out.pdf > 0) || !std::isfinite(out.pdf)) return false;
-  out.radiance = emitted_radiance(scene_, material, uv, textures) / out.pdf;
+  // Two quotients that need not wait for each other.
+  const float towards_point_m2 = cosine * lamp.area_m2, chosen_m2 = probability * square;
+  out.pdf = chosen_m2 / towards_point_m2;
+  const float per_pdf = towards_point_m2 / chosen_m2;
+  if (!(out.pdf > 0) || !std::isfinite(out.pdf) || !std::isfinite(per_pdf)) return false;
+  out.radiance = (textures && lamp.pictured ? pictured_emission(lamp.id, a, b, c) : lamp.emission) * per_pdf;
   return true;
+}
+
+Float3 Lights::pictured_emission(HitId triangle, float a, float b, float c) const {
+  const Mesh& mesh = scene_.meshes[triangle.mesh];
+  const auto& corner = mesh.indices[triangle.triangle];
+  std::array<Float2, 2> uv{};
+  for (int set = 0; set < 2; ++set) {
+    const auto& at = mesh.texcoords[set];
+    if (at.empty()) continue;
+    uv[set] = {c * at[corner[0]].x + a * at[corner[1]].x + b * at[corner[2]].x,
+               c * at[corner[0]].y + a * at[corner[1]].y + b * at[corner[2]].y};
+  }
+  return emitted_radiance(scene_, scene_.materials[mesh.material], uv, true);
 }
 
 bool Lights::sample_environment(float u, float v, LightSample& out) const {
@@ -271,7 +283,7 @@ float Lights::pdf(HitId triangle, float area_m2, float distance_m, float cosine)
 }
 
 uint64_t Lights::memory_bytes() const {
-  return choice_.memory_bytes() + punctual_.size() * sizeof(uint32_t) + triangles_.size() * sizeof(HitId) +
+  return choice_.memory_bytes() + punctual_.size() * sizeof(uint32_t) + lamps_.size() * sizeof(Lamp) +
          first_of_mesh_.size() * sizeof(uint32_t) + (row_cdf_.size() + column_cdf_.size()) * sizeof(float);
 }
 

@@ -62,8 +62,21 @@ class Lights {
  private:
   static constexpr uint32_t kNone = ~0u;
   bool sample_punctual(const Light& light, Float3 point, float scale, LightSample& out) const;
-  bool sample_triangle(HitId triangle, Float3 point, float time, float u, float v, float probability, bool textures,
+  // An emitting triangle with all that aiming at it reads.
+  struct Lamp {
+    std::array<Float3, 3> corners;
+    Float3 normal;  // unit length, or 0 where the area is
+    float area_m2;
+    Float3 emission;
+    bool double_sided, pictured;  // pictured: its emission has a texture
+    bool moves;                   // corners, normal and area are those at time 0
+    HitId id;
+  };
+  void place_lamp(Lamp& lamp, float time) const;
+  bool sample_triangle(const Lamp& lamp, Float3 point, float u, float v, float probability, bool textures,
                        LightSample& out) const;
+  // a, b, c: the weights of the triangle's second, third and first corner.
+  Float3 pictured_emission(HitId triangle, float a, float b, float c) const;
   bool sample_environment(float u, float v, LightSample& out) const;
   void make_environment(std::vector<double>& powers, double scene_radius_m, EffectSet effects);
 
@@ -71,7 +84,7 @@ class Lights {
   const Geometry& geometry_;
   AliasTable choice_;
   std::vector<uint32_t> punctual_;       // entry -> index into Scene::lights; the first entries
-  std::vector<HitId> triangles_;         // the next entries
+  std::vector<Lamp> lamps_;              // the next entries
   std::vector<uint32_t> first_of_mesh_;  // mesh -> entry of its first triangle, or kNone
   uint32_t environment_entry_ = kNone;   // the last entry
   // Cumulative distributions of the environment image, by row and within each row; each ends in 1.

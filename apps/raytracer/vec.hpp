@@ -33,7 +33,8 @@ inline Float3 normalise(Float3 a) { return a * (1 / length(a)); }
 inline Float3 normalise_safely(Float3 a) {
   const double x = a.x, y = a.y, z = a.z, size = std::sqrt(x * x + y * y + z * z);
   if (!(size > 0)) return {};
-  return {static_cast<float>(x / size), static_cast<float>(y / size), static_cast<float>(z / size)};
+  const double inverse = 1 / size;
+  return {static_cast<float>(x * inverse), static_cast<float>(y * inverse), static_cast<float>(z * inverse)};
 }
 constexpr Float3 lerp(Float3 a, Float3 b, float t) { return a * (1 - t) + b * t; }
 constexpr float max_component(Float3 a) { return std::max(a.x, std::max(a.y, a.z)); }

@@ -2,6 +2,7 @@
 // triad list [filters|metrics|colours|layouts|strategies|scenes], triad help NAME
 #include <fmt/format.h>
 
+#include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <triad/base/error.hpp>
@@ -107,13 +108,20 @@ void help_strategy(const StrategyInfo& info, bool as_json) {
   nlohmann::ordered_json object{
       {"id", info.name}, {"kind", "strategy"}, {"summary", info.summary}, {"doc", info.doc}};
   object["parameters"] = nlohmann::ordered_json::array();
-  for (const StrategyParam& param : info.params)
+  for (const StrategyParam& param : info.params) {
+    // null: without end.
+    const auto number = [&](double value) -> nlohmann::ordered_json {
+      if (!std::isfinite(value)) return nullptr;
+      if (param.decimals) return value;
+      return static_cast<int64_t>(value);
+    };
     object["parameters"].push_back({{"name", param.name},
-                                    {"type", "int"},
+                                    {"type", param.decimals ? "float" : "int"},
                                     {"doc", param.doc},
-                                    {"min", param.least},
-                                    {"max", param.most},
-                                    {"default", param.usual}});
+                                    {"min", number(param.least)},
+                                    {"max", number(param.most)},
+                                    {"default", number(param.usual)}});
+  }
   std::cout << object.dump(2) << "\n";
 }
 

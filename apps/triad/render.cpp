@@ -208,7 +208,7 @@ void tell(const Options& options, const Job& job, const RenderResult& result) {
                      result.samples, result.dropped_x, result.dropped_y));
   const double rmse = result.passes.empty() ? NAN : result.passes.back().rmse;
   if (!options.until.empty() && result.complete && !result.reached)
-    warn(fmt::format("{} ends with an estimated rmse of {:.3g}; --until {} takes more samples, see --spp",
+    warn(fmt::format("{} ends with an estimated rmse of {:.3g}; --until {} takes more samples, see --spp and --strategy",
                      job.strategy->text(), rmse, options.until));
   if (!result.complete) {
     const double pixels = static_cast<double>(job.film.width) * job.film.height;
@@ -308,7 +308,7 @@ void setup_render(CLI::App& app) {
       "  triad render house.glb -o truth.exr --size 1200x675 --until rmse=1e-3 --json truth.json\n"
       "  triad render house.glb -o edges.exr --size 1200x675 --strategy grid:n=4 --aov depth,normal\n"
       "Ctrl-C writes what is done so far, marks it triad:partial, and exits with 130.\n"
-      "See also: triad list scenes, triad list strategies, triad help sobol-owen");
+      "See also: triad list scenes, triad list strategies, triad help sobol-owen, triad help variance");
   verb->callback([options] { render(*options); });
 }
 

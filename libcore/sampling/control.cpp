@@ -27,8 +27,10 @@ class Control final : public PointStrategy {
 }  // namespace
 
 const StrategyEntry& control_strategy() {
-  static const StrategyEntry entry{
-      kInfo, [](const StrategyValues& v) -> std::unique_ptr<Strategy> { return std::make_unique<Control>(v); }};
+  static const StrategyEntry entry{kInfo,
+                                   [](const StrategyValues& v, const std::string&) -> std::unique_ptr<Strategy> {
+                                     return std::make_unique<Control>(v);
+                                   }};
   return entry;
 }
 

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <triad/base/error.hpp>
+#include <triad/base/parallel.hpp>
 #include <triad/base/text.hpp>
 #include <triad/numeric/widest.hpp>
 #include <triad/sampling/film.hpp>
@@ -105,56 +106,78 @@ Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), hei
   if (planes.object_id) object_id_.resize(n);
   if (planes.material_id) material_id_.resize(n);
   FilmPlanes free = planes;
-  free.samples = false;
-  colour_only_ = free == FilmPlanes{};
+  free.samples = free.error = false;
+  colour_only_ = free == FilmPlanes{} && moments_.empty();
 }
 
 // Compensated sums of the three colours side by side, with the error of each addition by Knuth's TwoSum: that of
 // Neumaier's branch, as both are exact. False, and nothing was added, if a sample is not valid or not finite.
-TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const Sample> samples) {
+template <bool kHalves>
+TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const SampleRequest> requests,
+                                            std::span<const Sample> samples) {
   Colour& colour = colour_[pixel];
   std::array<NeumaierSum, 3>& stored = colour.sum;
   Four sum{stored[0].sum, stored[1].sum, stored[2].sum, 0};
   Four compensation{stored[0].compensation, stored[1].compensation, stored[2].compensation, 0};
+  Four half{};
+  if constexpr (kHalves) half = Four{half_[pixel].sum[0], half_[pixel].sum[1], half_[pixel].sum[2], 0};
+  uint32_t in_half = 0;
   bool valid = true;
-  for (const Sample& sample : samples) {
+  for (size_t i = 0; i < samples.size(); ++i) {
     // The three colours in one load; what follows them is no number.
     static_assert(offsetof(Sample, rgb) == 0 && sizeof(Sample) >= sizeof(FourInts));
     FourInts bits;
-    std::memcpy(&bits, &sample, sizeof(bits));
+    std::memcpy(&bits, &samples[i], sizeof(bits));
     bits &= FourInts{-1, -1, -1, 0};
     FourFloats rgb;
     std::memcpy(&rgb, &bits, sizeof(rgb));
     const Four x = __builtin_convertvector(rgb, Four), after = sum + x, came = after - sum;
     compensation += (sum - (after - came)) + (x - came);
     sum = after;
-    valid &= sample.valid;
+    valid &= samples[i].valid;
+    if constexpr (kHalves)
+      if (sobol_half(requests[i].index)) {
+        half += x;
+        ++in_half;
+      }
   }
   // What is not finite stays so in a sum.
   if (!valid || !std::isfinite(sum[0]) || !std::isfinite(sum[1]) || !std::isfinite(sum[2])) return false;
   for (int c = 0; c < 3; ++c) stored[c] = {sum[c], compensation[c]};
   colour.count += static_cast<uint32_t>(samples.size());
+  if constexpr (kHalves) {
+    for (int c = 0; c < 3; ++c) half_[pixel].sum[c] = half[c];
+    half_[pixel].count += in_half;
+  }
   return true;
+}
+
+void Film::add_one_by_one(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t first,
+                          size_t past, std::vector<size_t>& left_out) {
+  for (size_t i = first; i < past; ++i)
+    if (!add(pixel(requests[i].pixel_x, requests[i].pixel_y), requests[i].index, samples[i])) left_out.push_back(i);
+}
+
+template <bool kHalves>
+TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requests, std::span<const Sample> samples,
+                                             std::vector<size_t>& left_out) {
+  for (size_t first = 0, past = 0; first < requests.size(); first = past) {
+    const int32_t x = requests[first].pixel_x, y = requests[first].pixel_y;
+    for (past = first + 1; past < requests.size(); ++past)
+      if (requests[past].pixel_x != x || requests[past].pixel_y != y) break;
+    if (!add_run<kHalves>(pixel(x, y), requests.subspan(first, past - first), samples.subspan(first, past - first)))
+      add_one_by_one(requests, samples, first, past, left_out);
+  }
 }
 
 std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span<const Sample> samples) {
   std::vector<size_t> left_out;
-  const auto add_one_by_one = [&](size_t first, size_t past) {
-    for (size_t i = first; i < past; ++i)
-      if (!add(pixel(requests[i].pixel_x, requests[i].pixel_y), requests[i].index, samples[i])) left_out.push_back(i);
-  };
-  if (!colour_only_) {
-    add_one_by_one(0, samples.size());
-    return left_out;
-  }
-  run_widest([&]() TRIAD_INLINE_BODY {
-    for (size_t first = 0, past = 0; first < requests.size(); first = past) {
-      const int32_t x = requests[first].pixel_x, y = requests[first].pixel_y;
-      for (past = first + 1; past < requests.size(); ++past)
-        if (requests[past].pixel_x != x || requests[past].pixel_y != y) break;
-      if (!add_run(pixel(x, y), samples.subspan(first, past - first))) add_one_by_one(first, past);
-    }
-  });
+  if (!colour_only_)
+    add_one_by_one(requests, samples, 0, samples.size(), left_out);
+  else if (planes_.error)
+    run_widest([&]() TRIAD_INLINE_BODY { add_runs<true>(requests, samples, left_out); });
+  else
+    run_widest([&]() TRIAD_INLINE_BODY { add_runs<false>(requests, samples, left_out); });
   return left_out;
 }
 
@@ -191,6 +214,13 @@ std::array<double, 3> Film::mean(size_t pixel) const {
   return {colour_[pixel].sum[0].value() / n, colour_[pixel].sum[1].value() / n, colour_[pixel].sum[2].value() / n};
 }
 
+std::array<double, 3> Film::half_mean(size_t pixel) const {
+  if (!planes_.error) throw_internal("a film without halves was asked for one");
+  const Half& half = half_[pixel];
+  const double n = std::max(1u, half.count);
+  return {half.sum[0] / n, half.sum[1] / n, half.sum[2] / n};
+}
+
 std::array<double, 3> Film::variance_of_mean(size_t pixel) const {
   if (moments_.empty()) throw_internal("a film without variance was asked for it");
   const double n = colour_[pixel].count;
@@ -204,17 +234,27 @@ std::array<double, 3> Film::variance_of_mean(size_t pixel) const {
 double Film::estimated_rmse() const {
   if (!planes_.error) throw_internal("a film without halves was asked for its error");
   const bool few = pixels() < kFewPixels;
-  NeumaierSum sum;
-  for (size_t p = 0; p < pixels(); ++p) {
-    const double n = colour_[p].count, b = half_[p].count, a = n - b;
-    if (a < 1 || b < 1) return std::numeric_limits<double>::infinity();
-    const std::array<double, 3> variance = few ? variance_of_mean(p) : std::array<double, 3>{};
-    for (int c = 0; c < 3; ++c) {
-      const double mean_b = half_[p].sum[c] / b, mean_a = (colour_[p].sum[c].value() - half_[p].sum[c]) / a;
-      sum.add(few ? variance[c] : (mean_a - mean_b) * (mean_a - mean_b) * (a / n) * (b / n));
+  constexpr size_t kBlock = 8192;  // pixels; always the same, and so is the sum, for any number of threads
+  std::vector<NeumaierSum> sums((pixels() + kBlock - 1) / kBlock);
+  parallel_for(static_cast<int64_t>(sums.size()), [&](int64_t block) {
+    NeumaierSum& sum = sums[static_cast<size_t>(block)];
+    const size_t first = static_cast<size_t>(block) * kBlock;
+    for (size_t p = first; p < std::min(first + kBlock, pixels()); ++p) {
+      const double n = colour_[p].count, b = half_[p].count, a = n - b;
+      if (a < 1 || b < 1) {
+        sum.add(std::numeric_limits<double>::infinity());
+        return;
+      }
+      const std::array<double, 3> variance = few ? variance_of_mean(p) : std::array<double, 3>{};
+      for (int c = 0; c < 3; ++c) {
+        const double mean_b = half_[p].sum[c] / b, mean_a = (colour_[p].sum[c].value() - half_[p].sum[c]) / a;
+        sum.add(few ? variance[c] : (mean_a - mean_b) * (mean_a - mean_b) * (a / n) * (b / n));
+      }
     }
-  }
-  return std::sqrt(sum.value() / (3 * static_cast<double>(pixels())));
+  });
+  NeumaierSum total;
+  for (const NeumaierSum& sum : sums) total.merge(sum);
+  return std::sqrt(total.value() / (3 * static_cast<double>(pixels())));
 }
 
 Image Film::image() const {

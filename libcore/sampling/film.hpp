@@ -60,6 +60,9 @@ class Film {
   uint32_t count(size_t pixel) const { return colour_[pixel].count; }
   // Of the colour; 0 without samples.
   std::array<double, 3> mean(size_t pixel) const;
+  // The same of the samples for which sobol_half() is 1, and their number. Needs planes().error.
+  uint32_t half_count(size_t pixel) const { return half_[pixel].count; }
+  std::array<double, 3> half_mean(size_t pixel) const;
   // s^2 / n, with s^2 the unbiased variance of the n samples (Welford, Technometrics 4(3), 1962); 0 for n < 2, never
   // negative. For independent samples it is the variance of mean(). For stratified ones (sobol-owen) it is too
   // large, and for a fixed grid it only says how much a pixel varies. Needs planes().variance.
@@ -99,8 +102,14 @@ class Film {
   std::vector<double> depth_;
   std::vector<std::array<double, 3>> position_, normal_, albedo_;
   std::vector<uint32_t> object_id_, material_id_;
-  bool add_run(size_t pixel, std::span<const Sample> samples);
-  bool colour_only_;
+  template <bool kHalves>
+  bool add_run(size_t pixel, std::span<const SampleRequest> requests, std::span<const Sample> samples);
+  template <bool kHalves>
+  void add_runs(std::span<const SampleRequest> requests, std::span<const Sample> samples,
+                std::vector<size_t>& left_out);
+  void add_one_by_one(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t first,
+                      size_t past, std::vector<size_t>& left_out);
+  bool colour_only_;  // and halves, if there are any
 };
 
 }  // namespace triad

@@ -54,8 +54,10 @@ class Grid final : public PointStrategy {
 }  // namespace
 
 const StrategyEntry& grid_strategy() {
-  static const StrategyEntry entry{
-      kInfo, [](const StrategyValues& v) -> std::unique_ptr<Strategy> { return std::make_unique<Grid>(v); }};
+  static const StrategyEntry entry{kInfo,
+                                   [](const StrategyValues& v, const std::string&) -> std::unique_ptr<Strategy> {
+                                     return std::make_unique<Grid>(v);
+                                   }};
   return entry;
 }
 

@@ -7,7 +7,7 @@
 
 namespace triad {
 
-using StrategyValues = std::map<std::string, int64_t>;  // one for each parameter, in range
+using StrategyValues = std::map<std::string, double>;  // one for each parameter, in range
 
 // Renders in passes over the whole picture, to 1 sample of each pixel, 16, 32, 64 and so on: soon there is something
 // to see, and no pass is so small that walking through the film costs more than its samples. A pixel's samples are
@@ -35,10 +35,15 @@ class PointStrategy : public Strategy {
 // One line per strategy in strategy.cpp's list.
 struct StrategyEntry {
   const StrategyInfo& info;
-  std::unique_ptr<Strategy> (*make)(const StrategyValues& values);
+  // Throws Error(kUsage) naming `option` for values that do not go together.
+  std::unique_ptr<Strategy> (*make)(const StrategyValues& values, const std::string& option);
 };
 const StrategyEntry& control_strategy();
 const StrategyEntry& grid_strategy();
 const StrategyEntry& sobol_owen_strategy();
+const StrategyEntry& variance_strategy();
+
+// The places of sobol-owen, as PointStrategy::place() says.
+void place_sobol_owen(std::span<SampleRequest> requests);
 
 }  // namespace triad

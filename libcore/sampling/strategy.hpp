@@ -14,11 +14,14 @@
 
 namespace triad {
 
-// A parameter of a strategy: a whole number.
+// A parameter of a strategy: a number, whole unless `decimals`.
 struct StrategyParam {
   std::string name, doc;
-  int64_t least = 0, most = 0, usual = 0;
+  double least = 0, most = 0, usual = 0;  // most may be infinite where there are decimals
+  bool decimals = false;
 };
+// A value of it as text: "16", "0.01", "inf".
+std::string strategy_value(const StrategyParam& param, double value);
 
 struct StrategyInfo {
   std::string name, summary;  // the summary is one line

@@ -16,8 +16,14 @@ runs=${2:-3}
 reference_spp=${3:-1024}
 here=$(cd -- "$(dirname -- "$0")" && pwd)
 scene=$(realpath -- "${4:-$here/../../data/scenes/cornell.gltf}")
-size=400 bounces=8 target_spp=64
+size=400 bounces=8
 below_lamp=0,60,$size,$((size - 60)) # the lamp ends in row 55
+# Where samples lie: the same number in each pixel, and for direct light, where the lamp's rim is most of the error, more
+# where pixels' halves differ.
+uniform=sobol-owen:spp=64
+adaptive_common=batch=0,power=0,spp=1024
+adaptive=(threshold=.3,least=8 threshold=.2,least=8 threshold=.15,least=8 threshold=.1,least=8 threshold=.1,least=16
+  threshold=.05,least=16)
 cycles_spp=(4 8 16 32 64 128)
 # POV-Ray: spotlights along each side of the lamp, and the depth of its adaptive subdivision of pixels. That serves it
 # best: the same error by jittered lights and as many samples in each pixel takes it ten times as long.
@@ -42,11 +48,11 @@ quiet() {
   }
 }
 
-# draw_triad CONTEST SPP SEED OUT: seconds.
+# draw_triad CONTEST STRATEGY SEED OUT: seconds.
 draw_triad() {
   local what=(--bounces "$bounces")
   [[ $1 == global ]] || what=(--effects area-light)
-  quiet "$triad" render "$scene" -o "$4" --size "${size}x$size" --spp "$2" --seed "$3" --threads 2 "${what[@]}" \
+  quiet "$triad" render "$scene" -o "$4" --size "${size}x$size" --strategy "$2" --seed "$3" --threads 2 "${what[@]}" \
     --json facts.json
   jq -r .seconds.render facts.json
 }
@@ -85,7 +91,7 @@ if command -v povray >/dev/null; then have_povray=true; else echo 'povray is not
 
 # References, of a seed that no other picture has.
 for contest in global direct; do
-  draw_triad "$contest" "$reference_spp" 1000 "triad-$contest-reference.exr" >/dev/null
+  draw_triad "$contest" "sobol-owen:spp=$reference_spp" 1000 "triad-$contest-reference.exr" >/dev/null
   blocks "triad-$contest-reference.exr"
   if $have_cycles; then
     draw_cycles "$contest" 1000 "$PWD/cycles-$contest-reference.exr=$reference_spp" >/dev/null
@@ -100,8 +106,14 @@ fi
 
 for ((run = 1; run <= runs; ++run)); do
   for contest in global direct; do
-    seconds=$(draw_triad "$contest" "$target_spp" "$run" out.exr)
-    record "$contest" triad "spp" "$target_spp" "$seconds" out.exr "triad-$contest-reference.exr"
+    seconds=$(draw_triad "$contest" "$uniform" "$run" out.exr)
+    record "$contest" triad "${uniform%=*}" "${uniform##*=}" "$seconds" out.exr "triad-$contest-reference.exr"
+    if [[ $contest == direct ]]; then
+      for settings in "${adaptive[@]}"; do
+        seconds=$(draw_triad direct "variance:$settings,$adaptive_common" "$run" out.exr)
+        record direct triad "variance:${settings%=*}" "${settings##*=}" "$seconds" out.exr triad-direct-reference.exr
+      done
+    fi
     $have_cycles || continue
     outputs=()
     for spp in "${cycles_spp[@]}"; do outputs+=("$PWD/cycles-$spp.exr=$spp"); done

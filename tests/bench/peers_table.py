@@ -22,7 +22,7 @@ def read_records(path):
     with open(path, encoding="utf-8") as file:
         for line in file:
             contest, renderer, family, setting, run, seconds, *errors = line.rstrip("\n").split("\t")
-            yield Record(contest, renderer, family, int(setting), int(run), float(seconds), [float(e) for e in errors])
+            yield Record(contest, renderer, family, setting, int(run), float(seconds), [float(e) for e in errors])
 
 
 def seconds_at(points, error):
@@ -51,25 +51,32 @@ def median_seconds(own, records, measure, family):
 
 def print_contest(contest, records):
     print(f"\n{contest} light, medians of {len({r.run for r in records})} runs in turns")
-    print(f"  {'renderer':10}{'setting':26}{'seconds':>9}{'rmse':>11}{'below lamp':>12}")
+    print(f"  {'renderer':10}{'setting':34}{'seconds':>9}{'rmse':>11}{'below lamp':>12}")
     for renderer, family, setting in dict.fromkeys((r.renderer, r.family, r.setting) for r in records):
         same = [r for r in records if (r.renderer, r.family, r.setting) == (renderer, family, setting)]
         whole, below = (statistics.median(r.errors[m] for r in same) for m in range(2))
         seconds = statistics.median(r.seconds for r in same)
-        print(f"  {renderer:10}{f'{family}={setting}':26}{seconds:9.3f}{whole:11.5f}{below:12.5f}")
-    own = [r for r in records if r.renderer == "triad"]
+        print(f"  {renderer:10}{f'{family}={setting}':34}{seconds:9.3f}{whole:11.5f}{below:12.5f}")
+    for family, setting in dict.fromkeys((r.family, r.setting) for r in records if r.renderer == "triad"):
+        own = [r for r in records if (r.renderer, r.family, r.setting) == ("triad", family, setting)]
+        print_peers(f"triad {family}={setting}", own, [r for r in records if r.renderer != "triad"])
+
+
+def print_peers(name, own, others):
+    """How long the others take to the error that ours has."""
     own_s = statistics.median(r.seconds for r in own)
-    for renderer in dict.fromkeys(r.renderer for r in records if r.renderer != "triad"):
-        theirs = [r for r in records if r.renderer == renderer]
-        for measure, name in enumerate(MEASURES):
+    print(f"  to the rmse of {name}, {own_s:.3f} s")
+    for renderer in dict.fromkeys(r.renderer for r in others):
+        theirs = [r for r in others if r.renderer == renderer]
+        for measure, where in enumerate(MEASURES):
             families = dict.fromkeys(r.family for r in theirs)
             (seconds, bound), family = min((median_seconds(own, theirs, measure, f), f) for f in families)
-            text = f"  to triad's rmse, {name}: {renderer} "
+            text = f"    {where}: {renderer} "
             if math.isinf(seconds):
                 print(text + "does not get there with any of these settings")
                 continue
             ratio = seconds / own_s
-            print(f"{text}{bound}{seconds:.3f} s ({family}), triad {own_s:.3f} s: {bound}{ratio:.2f} times as long")
+            print(f"{text}{bound}{seconds:.3f} s ({family}): {bound}{ratio:.2f} times as long")
 
 
 def read_blocks(path):

@@ -94,7 +94,9 @@ TEST(StrategyStability, OnePixelAndOneSample) {
                                       {"grid:n=1", 1u},
                                       {"grid:n=7", 49u},
                                       {"sobol-owen:spp=1", 1u},
-                                      {"sobol-owen:spp=2", 2u}}) {
+                                      {"sobol-owen:spp=2", 2u},
+                                      {"variance", 16u},
+                                      {"variance:threshold=0", 256u}}) {
     const RenderResult result = render(text, pixel);
     stability::equal("strategies", std::string("one pixel, ") + text + ": samples",
                      static_cast<double>(result.samples), samples);
@@ -103,6 +105,20 @@ TEST(StrategyStability, OnePixelAndOneSample) {
   }
   // One sample says nothing of the error; what is not known is not called 0.
   EXPECT_TRUE(std::isinf(render("sobol-owen:spp=1", pixel).film.estimated_rmse()));
+}
+
+TEST(StrategyStability, ThresholdsWithoutMeasure) {
+  const auto noisy = test::noise(16, 16, 1, 1);
+  for (const auto& [text, samples] : {std::pair{"variance:threshold=0", 256.},
+                                      {"variance:threshold=5e-324", 256.},
+                                      {"variance:threshold=1e308", 16.},
+                                      {"variance:threshold=inf", 16.},
+                                      {"variance:threshold=0,least=256", 256.},
+                                      {"variance:threshold=0,batch=16777216", 256.}}) {
+    const RenderResult result = render(text, noisy);
+    stability::equal("strategies", std::string("noise, ") + text + ": samples per pixel",
+                     static_cast<double>(result.samples) / 256, samples);
+  }
 }
 
 TEST(StrategyStability, MoireWhereThePeriodIsTheSampleSpacing) {

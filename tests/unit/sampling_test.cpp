@@ -240,7 +240,7 @@ TEST(Strategy, NamesWhatIsWrongWithItsText) {
   for (const StrategyInfo* info : strategy_list()) {
     EXPECT_EQ(make_strategy(info->name, "")->info().name, info->name);
     for (const StrategyParam& param : info->params)
-      EXPECT_THAT(strategy_help(*info), HasSubstr(param.name + "=" + std::to_string(param.usual)));
+      EXPECT_THAT(strategy_help(*info), HasSubstr(param.name + "=" + strategy_value(param, param.usual)));
   }
 }
 

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// What strategies have in common that sum samples pixel by pixel, in passes over the picture or over some pixels.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <triad/sampling/strategy.hpp>
+
+namespace triad {
+
+// One render: asks the source in batches, sums the answers, keeps the record. Not for several threads at once.
+class Passes {
+ public:
+  // Sets x and y of requests that say all else and share a seed: point number `index` of its pixel. Pure, any thread.
+  using Place = std::function<void(std::span<SampleRequest>)>;
+
+  // The film has halves wherever `strategy` estimates its error and options ask for it in one way or another. All
+  // must outlive this. Throws Error(kUsage) for options.until_rmse if the strategy does not estimate its error.
+  Passes(const Strategy& strategy, const Source& source, const RenderOptions& options, float footprint_px,
+         Place place);
+
+  // Requests of one thread, asked whenever there are enough of them.
+  class Queue {
+   public:
+    explicit Queue(Passes& passes);
+    // The samples number first .. past - 1 of a pixel, which no other queue of this pass may be given. False: the
+    // render was stopped, and what was not asked yet is lost.
+    bool add(int x, int y, uint32_t first, uint32_t past);
+    bool flush();
+
+   private:
+    Passes& passes_;
+    std::vector<SampleRequest> requests_;
+    std::vector<Sample> samples_;
+    size_t size_ = 0;
+  };
+
+  // A pass: fill(group, queue) for each of the groups, in any order, on all threads. The picture depends on the
+  // order in which one pixel's samples are added and on nothing else. False: there shall be no further pass, as the
+  // render was stopped, or the error that was asked for is reached.
+  bool run(int64_t groups, const std::function<void(int64_t, Queue&)>& fill);
+  // Each pixel's samples first .. past - 1, in tiles.
+  bool run_all(uint32_t first, uint32_t past);
+
+  const Film& film() const { return result_.film; }
+  uint64_t samples() const { return source_.samples(); }
+  // For progress: the samples that the whole render will take at most, if that is fewer than was said before.
+  void expect(double samples);
+  // The end; nothing may be called afterwards.
+  RenderResult finish();
+
+ private:
+  bool stop();
+  void tell_progress();
+
+  const CountingSource source_;
+  const RenderOptions& options_;
+  const float footprint_px_;
+  const Place place_;
+  RenderResult result_;
+  double expected_;  // samples, for progress; falls when it turns out that fewer will do
+  std::atomic<bool> stopped_{false};
+  std::mutex mutex_;                 // guards what follows, result_.dropped, and calls of options_.progress
+  size_t first_dropped_ = SIZE_MAX;  // pixel
+};
+
+}  // namespace triad
