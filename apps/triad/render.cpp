@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // triad render SCENE -o OUT --size WxH
 #include <fmt/format.h>
+#include <charconv>
 #include <raytracer/gltf_loader.hpp>
 #include <raytracer/scene_source.hpp>
 
@@ -34,7 +35,7 @@ constexpr int kMostBounces = 1000;
 struct Options {
   std::string scene, output, size, strategy, cells, effects, planes, until, camera, json, depth, compression;
   std::optional<int64_t> spp;
-  int64_t seed = 0;
+  std::string seed = "0";
   int threads = 0, bounces = 32;
 };
 
@@ -88,9 +89,11 @@ Job check(const Options& options) {
   }
   job.film = film_size(job.picture, job.cells);
   job.strategy = choose_strategy(options);
-  if (options.seed < 0)
-    throw_usage("--seed " + std::to_string(options.seed) + " cannot be used; it must be a whole number from 0");
-  job.render.seed = static_cast<uint64_t>(options.seed);
+  const char* const seed_end = options.seed.data() + options.seed.size();
+  const auto [seed_rest, seed_error] = std::from_chars(options.seed.data(), seed_end, job.render.seed);
+  if (seed_error != std::errc{} || seed_rest != seed_end)
+    throw_usage("--seed '" + printable(options.seed) + "' cannot be used; it must be a whole number from 0 to " +
+                std::to_string(std::numeric_limits<uint64_t>::max()));
   job.render.planes = parse_planes(options.planes, "--aov");
   if (!options.until.empty()) job.render.until_rmse = parse_until(options.until, "--until");
   if (job.render.until_rmse > 0 && !job.strategy->estimates_error())
@@ -181,7 +184,7 @@ std::string record(const Options& options, const Job& job, const raytracer::Scen
   root["cells"] = {job.cells.x, job.cells.y};
   root["layout"] = job.layout.empty() ? Json(nullptr) : Json(job.layout);
   root["strategy"] = job.strategy->text();
-  root["seed"] = options.seed;
+  root["seed"] = job.render.seed;
   root["effects"] = raytracer::effects_text(source.effects());
   root["kernel"] = raytracer::effects_text(source.kernel_effects());
   root["triangles"] = scene.triangle_count();
@@ -208,8 +211,9 @@ void tell(const Options& options, const Job& job, const RenderResult& result) {
                      result.samples, result.dropped_x, result.dropped_y));
   const double rmse = result.passes.empty() ? NAN : result.passes.back().rmse;
   if (!options.until.empty() && result.complete && !result.reached)
-    warn(fmt::format("{} ends with an estimated rmse of {:.3g}; --until {} takes more samples, see --spp and --strategy",
-                     job.strategy->text(), rmse, options.until));
+    warn(fmt::format(
+        "{} ends with an estimated rmse of {:.3g}; --until {} takes more samples, see --spp and --strategy",
+        job.strategy->text(), rmse, options.until));
   if (!result.complete) {
     const double pixels = static_cast<double>(job.film.width) * job.film.height;
     std::cerr << fmt::format(

@@ -98,6 +98,23 @@ DriveOrder::DriveOrder(const Layout& layout)
     (emitter.channel == kWhiteChannel ? white_[pixel] : emitter_[3 * pixel + static_cast<size_t>(emitter.channel)]) =
         static_cast<int>(e);
   }
+  // A channel that a pixel's panel does not have says what the nearest emitter of that colour shows: the panel
+  // ignores it, but other programs show it, and mirrored at a border it may come to lie where there is an emitter.
+  const std::vector<int> own = emitter_;
+  for (int y = 0; y < tile_y_; ++y)
+    for (int x = 0; x < tile_x_; ++x)
+      for (int c = 0; c < 3; ++c) {
+        const auto pixel = static_cast<size_t>(y * tile_x_ + x);
+        if (own[3 * pixel + static_cast<size_t>(c)] >= 0 || white_[pixel] >= 0) continue;
+        int nearest = tile_x_ + tile_y_;
+        for (size_t e = 0; e < layout.emitters.size(); ++e) {
+          const Emitter& emitter = layout.emitters[e];
+          const int far = std::abs(emitter.pixel_x - x) + std::abs(emitter.pixel_y - y);
+          if (emitter.channel != c || far >= nearest) continue;
+          nearest = far;
+          emitter_[3 * pixel + static_cast<size_t>(c)] = static_cast<int>(e);
+        }
+      }
 }
 
 template <class Real, class Sample>

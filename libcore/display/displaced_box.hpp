@@ -48,7 +48,8 @@ class DisplacedBox {
 };
 
 // rgb[3 * (pixel of the tile) + channel] of each emitter, and back: what a picture stores. Pixels are counted in rows
-// of the tile. A channel without an emitter is 0.
+// of the tile. A channel without an emitter gets the drive of
+// the nearest emitter of its colour.
 class DriveOrder {
  public:
   explicit DriveOrder(const Layout& layout);

@@ -75,6 +75,7 @@ Emitter read_emitter(const Checker& check, const toml::table& table, const std::
     if (primary[i] < 0) check.fail(where + "primary must not be negative");
     emitter.primary[i] = primary[i];
   }
+  if (primary[0] + primary[1] + primary[2] <= 0) check.fail(where + "primary is black: an emitter gives light");
   const auto pixel = check.numbers(table["pixel"].as_array(), where + "pixel", 2);
   emitter.pixel_x = check.whole(pixel[0], where + "pixel", 0, layout.tile_x - 1);
   emitter.pixel_y = check.whole(pixel[1], where + "pixel", 0, layout.tile_y - 1);
@@ -105,8 +106,9 @@ Emitter read_emitter(const Checker& check, const toml::table& table, const std::
     cell.share = values[2];
     if (!(cell.share > 0)) check.fail(where + "a cell's share is " + format_double(cell.share) + ": must be above 0");
     for (const EmitterCell& other : emitter.cells)
-      if (other.x == cell.x && other.y == cell.y)
-        check.fail(where + "cell [" + std::to_string(cell.x) + ", " + std::to_string(cell.y) + "] appears twice");
+      if ((other.x - cell.x) % width == 0 && (other.y - cell.y) % height == 0)
+        check.fail(where + "cell [" + std::to_string(cell.x) + ", " + std::to_string(cell.y) +
+                   "] appears twice, or overlaps the same emitter of the next tile");
     sum += cell.share;
     emitter.cells.push_back(cell);
   }
@@ -131,6 +133,20 @@ void check_white(const Checker& check, const Layout& layout) {
       check.fail("the primaries sum to (" + format_double(white[0]) + ", " + format_double(white[1]) + ", " +
                  format_double(white[2]) + "): each must be " + format_double(pixels) +
                  ", the pixels of a tile, so that all emitters together are white");
+  // A picture of one colour can only come out as that colour if each channel drives all of its own light.
+  for (int channel = 0; channel < 3; ++channel) {
+    std::array<double, 3> light{};
+    for (const Emitter& emitter : layout.emitters)
+      for (size_t i = 0; i < 3; ++i)
+        if (emitter.channel == channel) light[i] += emitter.primary[i];
+    for (size_t i = 0; i < 3; ++i) {
+      const double wanted = static_cast<int>(i) == channel ? pixels : 0;
+      if (std::abs(light[i] - wanted) > kSumTolerance * pixels)
+        check.fail(std::string("channel \"") + "rgb"[channel] + "\" drives emitters whose primaries sum to (" +
+                   format_double(light[0]) + ", " + format_double(light[1]) + ", " + format_double(light[2]) +
+                   "): it must drive all " + kColours[channel] + " light and no other");
+    }
+  }
 }
 
 // That every pixel has what the rule of Layout::derives_white needs.

@@ -39,7 +39,10 @@ TorusAxis torus_axis(int size_px, int cells, int tile_px, int origin_px, Edge ed
   axis.before_px = (origin_px % tile_px + tile_px) % tile_px;
   axis.edge = edge;
   const auto tiles = [&](int pixels) { return (pixels + tile_px - 1) / tile_px; };
-  axis.tiles = edge == Edge::kWrap ? tiles(size_px) : good_length(tiles(size_px + 2 * mirror_margin_px(ppd)));
+  // Beyond a few mirror images of a small picture nothing new would come.
+  const int64_t margin_px = std::min<int64_t>(mirror_margin_px(ppd), std::max<int64_t>(32, int64_t{4} * size_px));
+  const int mirrored_px = static_cast<int>(size_px + 2 * margin_px);
+  axis.tiles = edge == Edge::kWrap ? tiles(size_px) : good_length(tiles(mirrored_px));
   return axis;
 }
 

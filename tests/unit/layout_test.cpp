@@ -119,7 +119,12 @@ TEST(Layout, BadFilesGetAClearLine) {
   // Two emitters of one channel; a colour that nothing gives; shares below zero; a tile of nothing; a million cells.
   EXPECT_THAT(error(with("channel = \"r\"", "channel = \"g\"")),
               HasSubstr("emitter 2: emitter 1 has the same pixel"));
-  EXPECT_THAT(error(with("[1, 0, 0]", "[0, 0, 0]")), HasSubstr("no emitter gives red light"));
+  EXPECT_THAT(error(with("[1, 0, 0]", "[0, 0, 0]")), HasSubstr("primary is black"));
+  EXPECT_THAT(error(with("[[0, 0, 1.0]]", "[[0, 0, 0.5], [3, 0, 0.5]]")), HasSubstr("the same emitter of the next"));
+  std::string swapped = with("[1, 0, 0]", "[0, 2, 0]");  // then back, with red's and green's light exchanged
+  swapped.replace(swapped.find("[0, 1, 0]"), 9, "[1, 0, 0]");
+  swapped.replace(swapped.find("[0, 2, 0]"), 9, "[0, 1, 0]");
+  EXPECT_THAT(error(swapped), HasSubstr("channel \"r\" drives emitters whose primaries sum to (0, 1, 0)"));
   EXPECT_THAT(error(with("[[0, 0, 1.0]]", "[[0, 0, 1.5], [1, 0, -0.5]]")),
               HasSubstr("share is -0.5: must be above 0"));
   EXPECT_THAT(error(with("tile_pixels = [1, 1]", "tile_pixels = [0, 1]")), HasSubstr("tile_pixels is 0"));

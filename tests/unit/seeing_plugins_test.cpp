@@ -403,6 +403,24 @@ TEST(DisplayPlugin, TakesTheLayoutFromThePictures) {
             run("display", {{"border", "0"}, {"layout", "qd-oled"}}, {&test, &wide, nullptr}).scores);
 }
 
+TEST(SeeingTest, AColourFilteredForAPanelIsThatColourUpToTheBorder) {
+  // Where a pixel of the panel lacks a colour, what is stored there must serve the mirrored picture beyond the
+  // border.
+  const std::array<float, 3> colour{.2f, .5f, .8f};
+  for (const auto& [layout, cells_x, cells_y] :
+       {std::tuple{"pentile-rgbg", 2, 1}, {"rgb-delta", 6, 1}, {"qd-oled", 2, 2}}) {
+    Picture wide{header(20 * cells_x, 12 * cells_y, cells_x, cells_y), {}};
+    for (int i = 0; i < wide.image.width * wide.image.height; ++i)
+      wide.pixels.insert(wide.pixels.end(), colour.begin(), colour.end());
+    for (const char* filter : {"platt", "displaced-box"}) {
+      const Picture shown = run(filter, {{"layout", layout}}, {&wide}).out;
+      for (size_t i = 0; i < shown.pixels.size(); ++i) EXPECT_NEAR(shown.pixels[i], colour[i % 3], 2e-6) << layout;
+      const auto scores = run("display", {{"layout", layout}, {"border", "0"}}, {&shown, &wide, nullptr}).scores;
+      EXPECT_NEAR(scores[1], 1, .02) << layout << " " << filter;  // of the pixel average, which is the same picture
+    }
+  }
+}
+
 TEST(SeeingTest, ThePanelsOwnFilterShowsLessColourThanTheStripes) {
   // White strokes at all angles on black, one pixel wide, as a QD-OLED panel shows them at 40 ppd: driven by its own
   // optimum, and by that for RGB stripes. 4 x 4 points in each cell.
