@@ -32,6 +32,7 @@ double quantile(std::vector<double> values, double q) {
   const double at = q * static_cast<double>(values.size() - 1);
   const auto low = static_cast<size_t>(at);
   const size_t high = std::min(low + 1, values.size() - 1);
+  if (values[low] == values[high]) return values[low];  // infinite ones, too
   return values[low] + (values[high] - values[low]) * (at - static_cast<double>(low));
 }
 

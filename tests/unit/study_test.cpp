@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <triad/base/error.hpp>
 #include <triad/evaluation/study.hpp>
@@ -141,6 +142,9 @@ TEST(Pareto, TakesMediansAndLeavesOutWhatIsNoNumber) {
   records[0].values["seconds"] = {1, 4, 100};  // median 4, mean 35
   records[2].values["rmse"] = {std::nan("")};
   EXPECT_THAT(pareto_optimal(plan_of({"n"}, {}), records), ElementsAre(true, false, false));
+  const double infinite = std::numeric_limits<double>::infinity();
+  records[2].values["rmse"] = {infinite, infinite};
+  EXPECT_EQ(records[2].median("rmse"), infinite);
   StudyPlan none = plan_of({"n"}, {});
   none.pareto.clear();
   EXPECT_TRUE(pareto_optimal(none, records).empty());
