@@ -75,7 +75,7 @@ bool Passes::Queue::flush() {
   return true;
 }
 
-bool Passes::run(int64_t groups, const std::function<void(int64_t, Queue&)>& fill) {
+bool Passes::run(int64_t groups, const std::function<void(int64_t, Queue&)>& fill, bool estimate) {
   const double start_s = now_s();
   const uint64_t before = samples();
   parallel_for(groups, [&](int64_t group) {
@@ -84,7 +84,7 @@ bool Passes::run(int64_t groups, const std::function<void(int64_t, Queue&)>& fil
     queue.flush();
   });
   PassRecord pass{samples() - before, now_s() - start_s};
-  if (film().planes().error && !stopped_) {
+  if (estimate && film().planes().error && !stopped_) {
     pass.rmse = film().estimated_rmse();
     if (options_.until_rmse > 0 &&
         static_cast<double>(samples()) >= kFewestForError * static_cast<double>(film().pixels())) {
@@ -98,16 +98,19 @@ bool Passes::run(int64_t groups, const std::function<void(int64_t, Queue&)>& fil
   return !stopped_ && !result_.reached;
 }
 
-bool Passes::run_all(uint32_t first, uint32_t past) {
+bool Passes::run_all(uint32_t first, uint32_t past, bool estimate) {
   const int tile = std::max(1, options_.tile_px), width = film().width(), height = film().height();
   const int64_t columns = (int64_t{width} + tile - 1) / tile, rows = (int64_t{height} + tile - 1) / tile;
-  return run(columns * rows, [&](int64_t t, Queue& queue) {
-    const int x0 = static_cast<int>(t % columns) * tile, y0 = static_cast<int>(t / columns) * tile;
-    const int x1 = x0 + std::min(tile, width - x0), y1 = y0 + std::min(tile, height - y0);
-    for (int y = y0; y < y1; ++y)
-      for (int x = x0; x < x1; ++x)
-        if (!queue.add(x, y, first, past)) return;
-  });
+  return run(
+      columns * rows,
+      [&](int64_t t, Queue& queue) {
+        const int x0 = static_cast<int>(t % columns) * tile, y0 = static_cast<int>(t / columns) * tile;
+        const int x1 = x0 + std::min(tile, width - x0), y1 = y0 + std::min(tile, height - y0);
+        for (int y = y0; y < y1; ++y)
+          for (int x = x0; x < x1; ++x)
+            if (!queue.add(x, y, first, past)) return;
+      },
+      estimate);
 }
 
 RenderResult Passes::finish() {
@@ -118,6 +121,8 @@ RenderResult Passes::finish() {
     result_.dropped_y = static_cast<int>(first_dropped_ / width);
   }
   result_.complete = !stopped_;
+  if (result_.complete && film().planes().error && !result_.passes.empty() && std::isnan(result_.passes.back().rmse))
+    result_.passes.back().rmse = film().estimated_rmse();
   if (result_.complete && options_.progress) options_.progress(1);
   return std::move(result_);
 }

@@ -39,9 +39,10 @@ class Passes {
   // A pass: fill(group, queue) for each of the groups, in any order, on all threads. The picture depends on the
   // order in which one pixel's samples are added and on nothing else. False: there shall be no further pass, as the
   // render was stopped, or the error that was asked for is reached.
-  bool run(int64_t groups, const std::function<void(int64_t, Queue&)>& fill);
+  // Where the film has halves, the error is estimated after each pass, or with estimate = false after the last only.
+  bool run(int64_t groups, const std::function<void(int64_t, Queue&)>& fill, bool estimate = true);
   // Each pixel's samples first .. past - 1, in tiles.
-  bool run_all(uint32_t first, uint32_t past);
+  bool run_all(uint32_t first, uint32_t past, bool estimate = true);
 
   const Film& film() const { return result_.film; }
   uint64_t samples() const { return source_.samples(); }

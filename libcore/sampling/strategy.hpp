@@ -41,7 +41,8 @@ struct RenderOptions {
 struct PassRecord {
   uint64_t samples = 0;  // of this pass
   double seconds = 0;
-  double rmse = std::numeric_limits<double>::quiet_NaN();  // estimated after it, if planes.error
+  double rmse =
+      std::numeric_limits<double>::quiet_NaN();  // estimated after it; always after the last, if planes.error
 };
 
 struct RenderResult {

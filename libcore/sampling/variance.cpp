@@ -130,7 +130,10 @@ class Variance final : public PointStrategy {
     with_halves.planes.error = true;
     // The footprint of a pixel that goes all the way: one that sees too fine a texture then is unsure.
     Passes passes(*this, source, with_halves, 1 / std::sqrt(static_cast<float>(spp_)), place_sobol_owen);
-    if (passes.run_all(0, 1) && passes.run_all(1, least_)) go_on(passes, std::max(1, options.tile_px));
+    // With many small passes, an error that nobody waits for would cost as much as they do.
+    const bool estimate = options.until_rmse > 0;
+    if (passes.run_all(0, 1, estimate) && passes.run_all(1, least_, estimate))
+      go_on(passes, std::max(1, options.tile_px), estimate);
     return passes.finish();
   }
 
@@ -140,7 +143,7 @@ class Variance final : public PointStrategy {
 
  private:
   // A barrier after each pass, so that who goes on depends on no order.
-  void go_on(Passes& passes, int tile_px) const {
+  void go_on(Passes& passes, int tile_px, bool estimate) const {
     const auto width = static_cast<size_t>(passes.film().width());
     Unsure unsure(passes, tile_px, least_, spp_, threshold_, power_);
     const size_t most_at_once = static_cast<size_t>(tile_px) * static_cast<size_t>(tile_px);
@@ -161,7 +164,7 @@ class Variance final : public PointStrategy {
           taken = past;
         }
       };
-      if (!passes.run(static_cast<int64_t>((pixels.size() + at_once - 1) / at_once), fill)) return;
+      if (!passes.run(static_cast<int64_t>((pixels.size() + at_once - 1) / at_once), fill, estimate)) return;
     }
   }
 

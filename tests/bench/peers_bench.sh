@@ -18,8 +18,8 @@ here=$(cd -- "$(dirname -- "$0")" && pwd)
 scene=$(realpath -- "${4:-$here/../../data/scenes/cornell.gltf}")
 size=400 bounces=8
 below_lamp=0,60,$size,$((size - 60)) # the lamp ends in row 55
-# Where samples lie: the same number in each pixel, and for direct light, where the lamp's rim is most of the error, more
-# where pixels' halves differ.
+# Where samples lie: as many in each pixel, and for direct light, where the lamp's rim is most of the error, more of
+# them where the halves of a pixel's samples differ.
 uniform=sobol-owen:spp=64
 adaptive_common=batch=0,power=0,spp=1024
 adaptive=(threshold=.3,least=8 threshold=.2,least=8 threshold=.15,least=8 threshold=.1,least=8 threshold=.1,least=16
@@ -131,4 +131,5 @@ for ((run = 1; run <= runs; ++run)); do
     done
   done
 done
+printf 'variance: with %s in each\n' "$adaptive_common"
 python3 "$here/peers_table.py" records.tsv .
