@@ -207,8 +207,9 @@ void tell(const Options& options, const Job& job, const RenderResult& result) {
                      result.samples, result.dropped_x, result.dropped_y));
   const double rmse = result.passes.empty() ? NAN : result.passes.back().rmse;
   if (!options.until.empty() && result.complete && !result.reached)
-    warn(fmt::format("{} ends with an estimated rmse of {:.3g}; --until {} takes more samples, see --spp and --strategy",
-                     job.strategy->text(), rmse, options.until));
+    warn(fmt::format(
+        "{} ends with an estimated rmse of {:.3g}; --until {} takes more samples, see --spp and --strategy",
+        job.strategy->text(), rmse, options.until));
   if (!result.complete) {
     const double pixels = static_cast<double>(job.film.width) * job.film.height;
     std::cerr << fmt::format(
