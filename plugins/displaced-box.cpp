@@ -6,7 +6,7 @@
 #include <triad/display/torus.hpp>
 #include <vector>
 
-#include "display_parameters.hpp"
+#include "driven_panel.hpp"
 
 namespace {
 
@@ -16,7 +16,7 @@ enum class Displayed { kClip, kUnbounded };
 
 struct Box {
   static constexpr tp::Info info{
-      "displaced-box", "1.0", "Averages a pixel's size around each subpixel",
+      "displaced-box", "1.1", "Averages a pixel's size around each subpixel",
       "The red of a pixel is the mean red of the render over a pixel's width and height around the place where that "
       "pixel's red subpixel lies, and so on: cheap, within the range of the render, constant colours exact. It is "
       "where "
@@ -28,7 +28,7 @@ struct Box {
   std::vector<double> origin;
 
   static constexpr auto params() {
-    return tp::list(tp::text<&Box::layout>("layout", display_parameters::kLayoutDoc, {.def = "rgb"}),
+    return tp::list(tp::text<&Box::layout>("layout", seeing_parameters::kLayoutDoc, {.def = "auto"}),
                     tp::choice<&Box::edge, "mirror", "wrap">("edge", "what lies beyond the borders"),
                     tp::choice<&Box::range, "clip", "unbounded">(
                         "range", "whether the render is clamped to [0, 1] first, as an ideal panel would"),
@@ -37,18 +37,15 @@ struct Box {
   }
   static constexpr auto inputs() { return tp::list(tp::Input{"image", "a wide render", "rgb", "linear"}); }
 
-  void create(tp::Call&) {
-    display_parameters::check_origin(origin);
-    panel_ = display_parameters::in_library([&] { return triad::load_layout(layout); });
-    box_ = std::make_unique<triad::DisplacedBox>(panel_);
-    order_ = std::make_unique<triad::DriveOrder>(panel_);
-    const auto phase = [](double o, int tile) { return ((static_cast<int>(o) % tile) + tile) % tile; };
-    phase_x_ = phase(origin[0], panel_.tile_x);
-    phase_y_ = phase(origin[1], panel_.tile_y);
-  }
+  void create(tp::Call&) { display_parameters::check_origin(origin); }
 
   void plan(tp::PlanCall& call) {
-    display_parameters::narrow(call.in(0), panel_, call.out);
+    panel_ = driven_panel::plan_for(call, layout);
+    box_ = std::make_unique<triad::DisplacedBox>(panel_);
+    order_ = std::make_unique<triad::DriveOrder>(panel_);
+    const auto phase = seeing_parameters::origin_on(origin, panel_);
+    phase_x_ = phase.x_px;
+    phase_y_ = phase.y_px;
     tiles_ = (call.out.width + phase_x_ + panel_.tile_x - 1) / panel_.tile_x;
     call.plan.threads = TRIAD_REENTRANT;
     call.plan.edge = edge == triad::Edge::kMirror ? TRIAD_EDGE_MIRROR : TRIAD_EDGE_WRAP;

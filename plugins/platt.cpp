@@ -7,7 +7,7 @@
 #include <triad/display/constrained.hpp>
 #include <vector>
 
-#include "display_parameters.hpp"
+#include "driven_panel.hpp"
 #include "platt_engines.hpp"
 
 namespace {
@@ -96,7 +96,7 @@ class PlaneOptimum : public Optimum {
 
 struct Platt {
   static constexpr tp::Info info{
-      "platt", "1.1", "Drives the subpixels so that the error an eye sees is least",
+      "platt", "1.2", "Drives the subpixels so that the error an eye sees is least",
       "From a wide render, the drives of a panel's subpixels whose light differs least from the render, weighed by "
       "how "
       "finely an eye sees each frequency of luminance, red-green and blue-yellow (Platt 2000, \"Optimal Filtering "
@@ -135,7 +135,7 @@ struct Platt {
 
   static constexpr auto params() {
     return tp::list(
-        tp::text<&Platt::layout>("layout", display_parameters::kLayoutDoc, {.def = "rgb"}),
+        tp::text<&Platt::layout>("layout", seeing_parameters::kLayoutDoc, {.def = "auto"}),
         tp::choice<&Platt::csf, "scielab", "kolpatzik-bouman">("csf", "how finely an eye sees"),
         tp::number<&Platt::ppd>("ppd", "pixels per degree of visual angle; 40 is 96 dpi at 60 cm",
                                 {.def = 40, .min = 1, .max = 10000, .unit = "ppd"}),
@@ -175,31 +175,15 @@ struct Platt {
     if (taps > 0 && taps % 2 == 0)
       throw tp::Error(TRIAD_E_PARAM, "taps=" + std::to_string(taps) + " has no middle: " + std::to_string(taps - 1) +
                                          " or " + std::to_string(taps + 1) + " would do");
-    panel_ = display_parameters::in_library([&] { return triad::load_layout(layout); });
-    const bool rows_alone = panel_.has_independent_rows();
-    if (mode == Mode::kRows && !rows_alone)
-      throw tp::Error(TRIAD_E_PARAM,
-                      "the rows of layout " + panel_.name + " do not stand alone: mode=plane solves it");
-    plane_ = mode == Mode::kPlane || (mode == Mode::kAuto && !rows_alone);
-    if (range == Displayed::kConstrained) {
-      if (engine != EngineChoice::kAuto || taps != 0)
-        throw tp::Error(TRIAD_E_PARAM, std::string(taps != 0 ? "taps" : "engine") +
-                                           " is of the linear filter: it needs range=clip or range=unbounded");
-    } else if (plane_) {
-      if (engine == EngineChoice::kFir || taps != 0)
-        throw tp::Error(TRIAD_E_PARAM, "the linear filter in the plane has no taps: leave engine and taps out");
-    } else if (!panel_.is_rows()) {
-      throw tp::Error(
-          TRIAD_E_PARAM,
-          "the linear filter of range=clip and range=unbounded works on rows of vertical stripes, one per "
-          "channel, as rgb or bgr; range=constrained works on " +
-              panel_.name);
-    }
+    if (range == Displayed::kConstrained && (engine != EngineChoice::kAuto || taps != 0))
+      throw tp::Error(TRIAD_E_PARAM, std::string(taps != 0 ? "taps" : "engine") +
+                                         " is of the linear filter: it needs range=clip or range=unbounded");
   }
 
   void plan(tp::PlanCall& call) {
     const triad_image& in = call.in(0);
-    display_parameters::narrow(in, panel_, call.out);
+    panel_ = driven_panel::plan_for(call, layout);
+    choose_mode();
     width_cells_ = in.width;
     triad::Observer observer;
     std::copy_n(in.rgb_to_xyz, 9, observer.rgb_to_xyz.begin());
@@ -303,6 +287,26 @@ struct Platt {
   }
 
  private:
+  // Rows or plane, and whether the linear filter works on the panel.
+  void choose_mode() {
+    const bool rows_alone = panel_.has_independent_rows();
+    if (mode == Mode::kRows && !rows_alone)
+      throw tp::Error(TRIAD_E_PARAM,
+                      "the rows of layout " + panel_.name + " do not stand alone: mode=plane solves it");
+    plane_ = mode == Mode::kPlane || (mode == Mode::kAuto && !rows_alone);
+    if (range == Displayed::kConstrained) return;
+    if (plane_) {
+      if (engine == EngineChoice::kFir || taps != 0)
+        throw tp::Error(TRIAD_E_PARAM, "the linear filter in the plane has no taps: leave engine and taps out");
+    } else if (!panel_.is_rows()) {
+      throw tp::Error(
+          TRIAD_E_PARAM,
+          "the linear filter of range=clip and range=unbounded works on rows of vertical stripes, one per "
+          "channel, as rgb or bgr; range=constrained works on " +
+              panel_.name);
+    }
+  }
+
   template <class Real>
   void prepare(tp::PlanCall& call, const triad::Observer& observer) {
     const triad::SolveOptions options{{.lambda = lambda, .exact_flat_fields = flat_field == FlatField::kExact},

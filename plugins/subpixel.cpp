@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "display_parameters.hpp"
+#include "driven_panel.hpp"
 
 namespace {
 
@@ -10,7 +10,7 @@ namespace tp = triad_plugin;
 
 struct Subpixel {
   static constexpr tp::Info info{
-      "subpixel", "1.0", "Takes each subpixel's colour from the place where it lies",
+      "subpixel", "1.1", "Takes each subpixel's colour from the place where it lies",
       "The red of a pixel comes from the cell of the wide render that the display's red stripe covers, and so on: "
       "sharp, and full of coloured fringes. Nothing is averaged, so values are taken as they are stored."};
   std::string layout;
@@ -19,16 +19,20 @@ struct Subpixel {
   static constexpr double kOrigin[] = {0, 0};
   static constexpr auto params() {
     return tp::list(
-        tp::text<&Subpixel::layout>("layout", "how the subpixels lie: rgb, bgr or the path of a layout's TOML file",
-                                    {.def = "rgb"}),
+        tp::text<&Subpixel::layout>("layout",
+                                    "how the subpixels lie: rgb, bgr or the path of a layout's TOML file; auto takes "
+                                    "the one that the picture names, else rgb",
+                                    {.def = "auto"}),
         tp::numbers<&Subpixel::origin>("origin", "the picture's place on the panel; all are alike for stripes",
                                        {.def = kOrigin, .max_count = 2, .unit = "px"}));
   }
   static constexpr auto inputs() { return tp::list(tp::Input{"image", "a wide render", "rgb"}); }
 
-  void create(tp::Call&) {
-    display_parameters::check_origin(origin);
-    const triad::Layout panel = display_parameters::stripes(layout);
+  void create(tp::Call&) { display_parameters::check_origin(origin); }
+
+  void plan(tp::PlanCall& call) {
+    const triad::Layout panel = driven_panel::plan_for(call, layout);
+    display_parameters::in_library([&] { triad::require_rows(panel); });
     for (int c = 0; c < 3; ++c) {
       const triad::Emitter& emitter = panel.emitters[panel.emitter_of(c)];
       if (emitter.cells.size() != 1)
@@ -37,11 +41,6 @@ struct Subpixel {
       cell_[c] = emitter.cells[0].x;
     }
     cells_ = panel.cells_x;
-    panel_ = panel;
-  }
-
-  void plan(tp::PlanCall& call) {
-    display_parameters::narrow(call.in(0), panel_, call.out);
     call.plan.threads = TRIAD_REENTRANT;
   }
 
@@ -61,7 +60,6 @@ struct Subpixel {
   }
 
  private:
-  triad::Layout panel_;
   int cells_ = 3, cell_[3] = {0, 1, 2};
 };
 

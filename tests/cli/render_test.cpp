@@ -165,6 +165,31 @@ TEST_F(Render, DrawsOnAnyLayoutsCells) {
   expect_refusal({"compare", "boxed.exr", "--ref", "oled.exr", "-m", "display:layout=rgb"}, {"2x2", "rgb", "3x1"});
 }
 
+TEST_F(Render, TheStagesTakeThePanelFromThePicture) {
+  half_plane(.3, .37).save(path("slant.gltf"));
+  expect_success(
+      {"render", "slant.gltf", "-o", "wide.exr", "--size", "40x20", "--strategy", "grid:n=4", "--cells", "bgr"});
+  for (const char* stage : {"platt", "displaced-box", "subpixel"}) {
+    const std::string name = stage;
+    expect_success({"run", "wide.exr", name, "-o", "shown.exr", "--depth", "float"});
+    expect_success({"run", "wide.exr", name + ":layout=bgr", "-o", "told.exr", "--depth", "float"});
+    const Picture shown = load(path("shown.exr"));
+    EXPECT_EQ(shown.values, load(path("told.exr")).values) << stage;
+    EXPECT_EQ(shown.text.at("triad:layout"), "bgr") << stage;
+  }
+  expect_success({"run", "wide.exr", "platt", "-o", "shown.exr", "--depth", "float"});
+  const double ratio = compare({"shown.exr", "--ref", "wide.exr", "-m", "display"})[0]["scores"]["ratio"];
+  EXPECT_LT(ratio, 1);  // better than the pixel average
+
+  const auto told = expect_status(0, {"run", "wide.exr", "platt:layout=rgb", "-o", "other.exr", "--depth", "float"});
+  ASSERT_EQ(told.error_lines().size(), 1u);
+  EXPECT_NE(told.error_lines()[0].find("'bgr'"), std::string::npos) << told.err;
+  EXPECT_EQ(load(path("other.exr")).text.at("triad:layout"), "rgb");
+  expect_refusal({"compare", "other.exr", "--ref", "wide.exr", "-m", "display"}, {"'rgb'", "'bgr'", "layout="});
+  const double wrong = compare({"other.exr", "--ref", "wide.exr", "-m", "display:layout=bgr"})[0]["scores"]["ratio"];
+  EXPECT_GT(wrong, 1);  // its red and blue lie where they should not
+}
+
 TEST_F(Render, SameFileForAnyThreads) {
   const std::vector<std::string> render{
       "render", "lit.glb", "--size", "45x30",

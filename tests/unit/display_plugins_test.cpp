@@ -221,6 +221,47 @@ TEST(SubpixelPlugin, TakesEachChannelFromItsCell) {
   EXPECT_THAT(message_of([&] { run("subpixel", {}, {&narrow}); }), HasSubstr("--cells 3x1"));
 }
 
+TEST(DrivesTest, AreForThePanelThatThePictureNamesAndNameIt) {
+  const std::string key = "triad:layout";
+  for (const char* stage : {"platt", "displaced-box", "subpixel"}) {
+    Picture wide = noise(30, 4, 3, 1);
+    const auto of = [&](const ParamTexts& parameters, std::string* warnings) {
+      testing::internal::CaptureStderr();
+      const auto out = run(stage, parameters, {&wide}, 4).out;
+      *warnings = testing::internal::GetCapturedStderr();
+      return out;
+    };
+    std::string warnings;
+    const auto stripes = of({}, &warnings);
+    EXPECT_EQ(stripes.pixels, of({{"layout", "rgb"}}, &warnings).pixels);
+    EXPECT_EQ(stripes.metadata.get(key), "rgb");
+    const auto mirrored = of({{"layout", "bgr"}}, &warnings);
+    EXPECT_NE(mirrored.pixels, stripes.pixels);
+    EXPECT_EQ(mirrored.metadata.get(key), "bgr");
+    EXPECT_EQ(warnings, "");
+
+    wide.metadata.set(key, "bgr");
+    const auto automatic = of({}, &warnings);
+    EXPECT_EQ(automatic.pixels, mirrored.pixels) << stage;
+    EXPECT_EQ(automatic.metadata.get(key), "bgr");
+    EXPECT_EQ(warnings, "");
+    const auto told = of({{"layout", "rgb"}}, &warnings);
+    EXPECT_EQ(told.pixels, stripes.pixels) << stage;
+    EXPECT_EQ(told.metadata.get(key), "rgb");
+    EXPECT_THAT(warnings, HasSubstr("layout=rgb is not the layout that the picture was made for, 'bgr'")) << stage;
+    EXPECT_EQ(std::count(warnings.begin(), warnings.end(), '\n'), 1);
+
+    wide.metadata.set(key, "../rgb");
+    EXPECT_THAT(message_of([&] { run(stage, {}, {&wide}); }), HasSubstr("which is not known here"));
+  }
+  Picture square = noise(12, 8, 2, 3, 0, 1, 2);
+  square.metadata.set(key, "qd-oled");
+  const auto oled = run("displaced-box", {}, {&square}).out;
+  EXPECT_EQ(oled.pixels, run("displaced-box", {{"layout", "qd-oled"}}, {&square}).out.pixels);
+  EXPECT_EQ(oled.metadata.get(key), "qd-oled");
+  EXPECT_THAT(message_of([&] { run("subpixel", {}, {&square}); }), HasSubstr("vertical stripes"));
+}
+
 TEST(DisplayPlugin, MatchesTheSumsOfItsDefinition) {
   const int width = 21, height = 5;
   const Picture test = noise(width, height, 1, 1, -.2f, 1.2f), wide = noise(3 * width, height, 3, 2, -.2f, 1.2f);
