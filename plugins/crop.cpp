@@ -2,6 +2,7 @@
 #include <triad/abi/triad_plugin.hpp>
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 #include <tuple>
 
@@ -14,7 +15,9 @@ struct Crop {
       "crop", "1.0", "Cuts out a rectangle",
       "x, y, w and h count the picture's own pixels from its upper left corner. The rectangle must lie inside the "
       "picture; in a wide render its borders must be borders of display pixels, so with 3x1 cells x and w are "
-      "multiples of 3. w=0 and h=0 reach to the right and the lower border."};
+      "multiples of 3. w=0 and h=0 reach to the right and the lower border. On a picture that names its panel's "
+      "layout, "
+      "the panel's pixel at which it now begins is kept in triad:origin for the stages that follow."};
   int x, y, w, h;
 
   static constexpr auto params() {
@@ -29,6 +32,7 @@ struct Crop {
     const triad_image& in = call.in(0);
     call.out.width = side("x", "w", x, w, in.width, in.cells_x, in);
     call.out.height = side("y", "h", y, h, in.height, in.cells_y, in);
+    if (call.get_meta(0, "triad:layout")) keep_phase(call, x / in.cells_x, y / in.cells_y);
     call.plan.threads = TRIAD_REENTRANT;
   }
 
@@ -44,6 +48,15 @@ struct Crop {
   }
 
  private:
+  // A panel may repeat after several pixels only: says at which of its pixels the picture now begins, counted from
+  // where it began before, for the stages that ask.
+  static void keep_phase(tp::PlanCall& call, int x_px, int y_px) {
+    long before_x = 0, before_y = 0;
+    if (const auto before = call.get_meta(0, "triad:origin"))
+      std::sscanf(before->c_str(), "%ld,%ld", &before_x, &before_y);
+    call.set_meta("triad:origin", std::to_string(before_x + x_px) + "," + std::to_string(before_y + y_px));
+  }
+
   // The length of one side of the rectangle, checked.
   static int side(const char* from_name, const char* length_name, int from, int length, int size, int cells,
                   const triad_image& in) {

@@ -43,7 +43,7 @@ struct Box {
     panel_ = driven_panel::plan_for(call, layout);
     box_ = std::make_unique<triad::DisplacedBox>(panel_);
     order_ = std::make_unique<triad::DriveOrder>(panel_);
-    const auto phase = seeing_parameters::origin_on(origin, panel_);
+    const auto phase = seeing_parameters::origin_on(call, origin, panel_);
     phase_x_ = phase.x_px;
     phase_y_ = phase.y_px;
     tiles_ = (call.out.width + phase_x_ + panel_.tile_x - 1) / panel_.tile_x;

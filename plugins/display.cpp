@@ -99,7 +99,7 @@ struct Display {
         sp::choose_panel(layout, {call.get_meta(0, sp::kLayoutKey), call.get_meta(1, sp::kLayoutKey)});
     check_pictures(test, reference, panel);
     rows_ = mode == Mode::kRows || (mode == Mode::kAuto && panel.has_independent_rows());
-    const auto shown_from = sp::origin_on(origin, panel);
+    const auto shown_from = sp::origin_on(call, origin, panel);
     triad::Observer observer;
     std::copy_n(test.rgb_to_xyz, 9, observer.rgb_to_xyz.begin());
     observer.ppd = ppd;

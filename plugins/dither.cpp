@@ -73,7 +73,7 @@ struct DitherFilter {
       throw tp::Error(TRIAD_E_INPUT, "the picture has " + sp::cells_text(in.cells_x, in.cells_y) +
                                          " cells a pixel; a picture for the display has one");
     const triad::Layout panel = sp::choose_panel(layout, {call.get_meta(0, sp::kLayoutKey)});
-    const auto at = sp::origin_on(origin, panel);
+    const auto at = sp::origin_on(call, origin, panel);
     triad::Observer observer;
     std::copy_n(in.rgb_to_xyz, 9, observer.rgb_to_xyz.begin());
     observer.ppd = ppd;

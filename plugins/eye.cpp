@@ -59,6 +59,8 @@ struct EyeFilter {
   void create(tp::Call&) { display_parameters::check_origin(origin); }
 
   void plan(tp::PlanCall& call) {
+    call.erase_meta(sp::kLayoutKey);  // what comes out is light, and no panel's drives
+    call.erase_meta(sp::kOriginKey);
     const triad_image& in = call.in(0);
     const triad::Layout panel = sp::choose_panel(layout, {call.get_meta(0, sp::kLayoutKey)});
     wide_ = in.cells_x == panel.cells_x && in.cells_y == panel.cells_y;
@@ -72,8 +74,8 @@ struct EyeFilter {
                                          " is no whole number of pixels of " + needed + " cells");
     const triad::PanelTorus::Shape shape{wide_ ? in.width / panel.cells_x : in.width,
                                          wide_ ? in.height / panel.cells_y : in.height,
-                                         sp::origin_on(origin, panel).x_px,
-                                         sp::origin_on(origin, panel).y_px,
+                                         sp::origin_on(call, origin, panel).x_px,
+                                         sp::origin_on(call, origin, panel).y_px,
                                          edge,
                                          false};
     triad::Observer observer;

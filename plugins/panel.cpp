@@ -72,6 +72,8 @@ struct Panel {
   }
 
   void plan(tp::PlanCall& call) {
+    call.erase_meta(sp::kLayoutKey);  // what comes out is light, and no panel's drives
+    call.erase_meta(sp::kOriginKey);
     const triad_image& in = call.in(0);
     const triad::Layout panel = sp::choose_panel(layout, {call.get_meta(0, sp::kLayoutKey)});
     if (in.cells_x != 1 || in.cells_y != 1)
@@ -80,7 +82,7 @@ struct Panel {
     if (int64_t{scale} * std::max(in.width, in.height) > INT32_MAX)
       throw tp::Error(TRIAD_E_PARAM, "scale=" + std::to_string(scale) + " makes more than 2^31 pixels of a side of " +
                                          display_parameters::size_text(in));
-    const auto at = sp::origin_on(origin, panel);
+    const auto at = sp::origin_on(call, origin, panel);
     emission_ = std::make_unique<triad::Emission>(panel, at.x_px, at.y_px);
     width_px_ = in.width;
     height_px_ = in.height;

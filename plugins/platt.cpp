@@ -314,7 +314,7 @@ struct Platt {
                                       tolerance,
                                       range == Displayed::kConstrained,
                                       range != Displayed::kUnbounded};
-    const int x = static_cast<int>(origin[0]), y = static_cast<int>(origin[1]);
+    const auto [x, y] = seeing_parameters::origin_on(call, origin, panel_);
     if (!plane_) {
       optimum_ = std::make_unique<RowOptimum<Real>>(
           triad::RowSolver<Real>(panel_, observer, call.out.width, x, edge, options));

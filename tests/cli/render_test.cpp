@@ -190,6 +190,22 @@ TEST_F(Render, TheStagesTakeThePanelFromThePicture) {
   EXPECT_GT(wrong, 1);  // its red and blue lie where they should not
 }
 
+TEST_F(Render, CropKeepsThePhaseOfThePanel) {
+  half_plane(.3, .37).save(path("slant.gltf"));
+  expect_success({"render", "slant.gltf", "-o", "wide.exr", "--size", "60x20", "--strategy", "grid:n=4", "--cells",
+                  "pentile-rgbg"});
+  // An odd number of pixels of a panel that repeats after two: red and blue would change places.
+  expect_success({"run", "wide.exr", "platt", "crop:x=9,w=40", "-o", "shown.exr", "--depth", "float"});
+  expect_success({"run", "wide.exr", "crop:x=18,w=80", "-o", "part.exr", "--depth", "float"});
+  EXPECT_EQ(load(path("shown.exr")).text.at("triad:origin"), "9,0");
+  EXPECT_EQ(load(path("part.exr")).text.at("triad:origin"), "9,0");
+  const double ratio = compare({"shown.exr", "--ref", "part.exr", "-m", "display"})[0]["scores"]["ratio"];
+  EXPECT_LT(ratio, 1);
+  const double shifted =
+      compare({"shown.exr", "--ref", "part.exr", "-m", "display:origin='1,0'"})[0]["scores"]["ratio"];
+  EXPECT_GT(shifted, 2 * ratio);
+}
+
 TEST_F(Render, SameFileForAnyThreads) {
   const std::vector<std::string> render{
       "render", "lit.glb", "--size", "45x30",
