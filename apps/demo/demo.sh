@@ -10,14 +10,14 @@ readonly triad=$1 top=$2 out=$3
 readonly own_scenes=(high-contrast-1 high-contrast-2 high-contrast-3 high-contrast-4)
 readonly scenes=("${own_scenes[@]}" strokes)
 readonly renders=(control wide truth)
-readonly methods=(control box subpixel clipped unbounded regularised)
+readonly methods=(control box subpixel clipped unbounded optimum)
 declare -A title=(
   [control]='control: one sample a pixel'
   [box]='box: three samples averaged'
   [subpixel]='a sample for each subpixel'
   [clipped]='Platt 2000, clipped to 0 ... 1'
   [unbounded]='Platt 2000, unbounded'
-  [regularised]='platt: the best within 0 ... 1'
+  [optimum]='platt: the best within 0 ... 1'
 )
 # The filter of 2000 as its author has it: nothing but the least error, on a row whose ends meet.
 readonly optimum='platt:engine=fft,lambda=0,flat-field=free,edge=wrap'
@@ -26,7 +26,7 @@ declare -A stage=(
   [subpixel]=subpixel
   [clipped]="$optimum,range=clip"
   [unbounded]="$optimum,range=unbounded"
-  [regularised]=platt
+  [optimum]=platt
 )
 # The two parts that comparison.png enlarges: left and upper edges in pixels, of 74 x 36 and of 74 x 27.
 declare -A parts=(
@@ -247,10 +247,10 @@ to the one where they are greatest. Judged by the picture it was made from, and 
 optimal filter errs least of all, as theory says it must: $(times wide unbounded asked). A display has no light \
 below 0 or above 1. Clipped to what it can show, the same filter errs $(times wide clipped shown); one sample for \
 each subpixel errs $(times wide subpixel shown), one sample for each pixel $(times wide control shown), and the \
-regularised filter, clipped too, $(times wide regularised shown). Against the ground truth, where the three samples \
+displayable optimum, platt by default, $(times wide optimum shown). Against the ground truth, where the three samples \
 a pixel that all filters were given count as errors themselves, the clipped optimum errs \
 $(times truth-wide clipped shown), one sample for each subpixel $(times truth-wide subpixel shown), one for each \
-pixel $(times truth-wide control shown) and the regularised filter $(times truth-wide regularised shown). Triad's \
+pixel $(times truth-wide control shown) and the displayable optimum $(times truth-wide optimum shown). Triad's \
 ground truths have estimated errors of their own of at most \
 $(jq -s 'map(.rmse) | max' "${truths[@]}" | xargs printf '%.2g') (RMSE of a cell).
 
