@@ -94,11 +94,12 @@ Job check(const Options& options) {
   if (seed_error != std::errc{} || seed_rest != seed_end)
     throw_usage("--seed '" + printable(options.seed) + "' cannot be used; it must be a whole number from 0 to " +
                 std::to_string(std::numeric_limits<uint64_t>::max()));
+  job.render.cells = job.cells;
   job.render.planes = parse_planes(options.planes, "--aov");
   if (!options.until.empty()) job.render.until_rmse = parse_until(options.until, "--until");
   if (job.render.until_rmse > 0 && !job.strategy->estimates_error())
     throw_usage("--until needs random samples, from which an error can be estimated, and '" + job.strategy->text() +
-                "' takes the same points each time; take sobol-owen");
+                "' has no independent samples in each pixel; take sobol-owen");
   job.render.planes.error = job.strategy->estimates_error() && (!options.until.empty() || !options.json.empty());
 
   job.write.depth = options.depth.empty() ? Depth::kDefault : parse_depth(options.depth);
@@ -111,7 +112,7 @@ Job check(const Options& options) {
                 "' does not; write an .exr");
   require_film_memory(job.film.width, job.film.height, job.render.planes);
   // Whether it can be written at all shall not come out after hours; what is not committed leaves nothing behind.
-  ImageWriter::open(options.output, render_spec(job.film, job.cells, job.render.planes), job.write);
+  ImageWriter::open(options.output, render_spec(job.film, job.cells, job.render.planes, *job.strategy), job.write);
 
   job.source.width = job.film.width;
   job.source.height = job.film.height;

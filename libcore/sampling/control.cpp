@@ -27,10 +27,7 @@ class Control final : public PointStrategy {
 }  // namespace
 
 const StrategyEntry& control_strategy() {
-  static const StrategyEntry entry{kInfo,
-                                   [](const StrategyValues& v, const std::string&) -> std::unique_ptr<Strategy> {
-                                     return std::make_unique<Control>(v);
-                                   }};
+  static const StrategyEntry entry = strategy_entry<Control>(kInfo);
   return entry;
 }
 

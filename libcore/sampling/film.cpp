@@ -22,7 +22,8 @@ constexpr struct {
 } kPlanes[] = {{"depth", &FilmPlanes::depth},         {"position", &FilmPlanes::position},
                {"normal", &FilmPlanes::normal},       {"albedo", &FilmPlanes::albedo},
                {"object-id", &FilmPlanes::object_id}, {"material-id", &FilmPlanes::material_id},
-               {"variance", &FilmPlanes::variance},   {"samples", &FilmPlanes::samples}};
+               {"variance", &FilmPlanes::variance},   {"samples", &FilmPlanes::samples},
+               {"reasons", &FilmPlanes::reasons}};
 
 constexpr size_t kFewPixels = 256;  // the relative error of a mean of 3 x 256 squared normals is 5%
 
@@ -106,7 +107,7 @@ Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), hei
   if (planes.object_id) object_id_.resize(n);
   if (planes.material_id) material_id_.resize(n);
   FilmPlanes free = planes;
-  free.samples = free.error = false;
+  free.samples = free.reasons = free.error = false;
   colour_only_ = free == FilmPlanes{} && moments_.empty();
 }
 

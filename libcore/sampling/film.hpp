@@ -25,14 +25,15 @@ struct FilmPlanes {
   bool object_id = false;    // 4
   bool material_id = false;  // 4
   bool samples = false;      // 0: written to the picture
+  bool reasons = false;      // 0: not the film's: Strategy::reason_channels()
   bool operator==(const FilmPlanes&) const = default;
 };
-// "depth,normal,object-id": names out of depth, position, normal, albedo, object-id, material-id, variance, samples;
-// "" is none. Throws Error(kUsage) naming `option`.
+// "depth,normal,object-id": names out of depth, position, normal, albedo, object-id, material-id, variance, samples,
+// reasons;// "" is none. Throws Error(kUsage) naming `option`.
 FilmPlanes parse_planes(const std::string& text, const std::string& option);
 // Those names, for help texts.
 std::vector<std::string> plane_names();
-// The channels of Film::image().
+// The channels of Film::image(), which has no reasons.
 std::vector<std::string> film_channels(const FilmPlanes& planes);
 // Throws Error(kInput) if this machine has not the memory for such a film.
 void require_film_memory(int width, int height, const FilmPlanes& planes);

@@ -54,10 +54,7 @@ class Grid final : public PointStrategy {
 }  // namespace
 
 const StrategyEntry& grid_strategy() {
-  static const StrategyEntry entry{kInfo,
-                                   [](const StrategyValues& v, const std::string&) -> std::unique_ptr<Strategy> {
-                                     return std::make_unique<Grid>(v);
-                                   }};
+  static const StrategyEntry entry = strategy_entry<Grid>(kInfo);
   return entry;
 }
 

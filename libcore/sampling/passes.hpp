@@ -2,10 +2,8 @@
 // What strategies have in common that sum samples pixel by pixel, in passes over the picture or over some pixels.
 #pragma once
 
-#include <atomic>
 #include <functional>
-#include <mutex>
-#include <triad/sampling/strategy.hpp>
+#include <triad/sampling/sample_taker.hpp>
 
 namespace triad {
 
@@ -44,26 +42,17 @@ class Passes {
   // Each pixel's samples first .. past - 1, in tiles.
   bool run_all(uint32_t first, uint32_t past, bool estimate = true);
 
-  const Film& film() const { return result_.film; }
-  uint64_t samples() const { return source_.samples(); }
-  // For progress: the samples that the whole render will take at most, if that is fewer than was said before.
-  void expect(double samples);
+  const Film& film() const { return taker_.film(); }
+  uint64_t samples() const { return taker_.samples(); }
+  // As SampleTaker's.
+  void expect(double samples) { taker_.expect(samples); }
   // The end; nothing may be called afterwards.
-  RenderResult finish();
+  RenderResult finish() { return taker_.finish(); }
 
  private:
-  bool stop();
-  void tell_progress();
-
-  const CountingSource source_;
-  const RenderOptions& options_;
+  SampleTaker taker_;
   const float footprint_px_;
   const Place place_;
-  RenderResult result_;
-  double expected_;  // samples, for progress; falls when it turns out that fewer will do
-  std::atomic<bool> stopped_{false};
-  std::mutex mutex_;                 // guards what follows, result_.dropped, and calls of options_.progress
-  size_t first_dropped_ = SIZE_MAX;  // pixel
 };
 
 }  // namespace triad

@@ -11,16 +11,6 @@ constexpr uint32_t kSecondPass = 16;  // samples per pixel after the second pass
 
 }  // namespace
 
-std::string PointStrategy::text() const {
-  std::string text = info_.name;
-  char separator = ':';
-  for (const StrategyParam& param : info_.params) {
-    text += separator + param.name + "=" + strategy_value(param, values_.at(param.name));
-    separator = ',';
-  }
-  return text;
-}
-
 uint64_t PointStrategy::most_samples(int width, int height) const {
   return uint64_t{samples_per_pixel()} * static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
 }

@@ -2,22 +2,16 @@
 // What strategies have in common that put n points into each pixel and take the mean of the samples there.
 #pragma once
 
-#include <map>
-#include <triad/sampling/strategy.hpp>
+#include <triad/sampling/strategy_base.hpp>
 
 namespace triad {
-
-using StrategyValues = std::map<std::string, double>;  // one for each parameter, in range
 
 // Renders in passes over the whole picture, to 1 sample of each pixel, 16, 32, 64 and so on: soon there is something
 // to see, and no pass is so small that walking through the film costs more than its samples. A pixel's samples are
 // summed by ascending index, by one thread at a time.
-class PointStrategy : public Strategy {
+class PointStrategy : public StrategyBase {
  public:
-  PointStrategy(const StrategyInfo& info, const StrategyValues& values) : info_(info), values_(values) {}
-
-  const StrategyInfo& info() const override { return info_; }
-  std::string text() const override;
+  using StrategyBase::StrategyBase;
   uint64_t most_samples(int width, int height) const override;
   RenderResult render(const Source& source, const RenderOptions& options) const override;
 
@@ -26,22 +20,7 @@ class PointStrategy : public Strategy {
   // Sets x and y of requests that say all else: point number `index` of its pixel. They share a seed, and where
   // neighbours are of one pixel, their indices count up by one. Pure, any thread.
   virtual void place(std::span<SampleRequest> requests) const = 0;
-
- private:
-  const StrategyInfo& info_;
-  StrategyValues values_;
 };
-
-// One line per strategy in strategy.cpp's list.
-struct StrategyEntry {
-  const StrategyInfo& info;
-  // Throws Error(kUsage) naming `option` for values that do not go together.
-  std::unique_ptr<Strategy> (*make)(const StrategyValues& values, const std::string& option);
-};
-const StrategyEntry& control_strategy();
-const StrategyEntry& grid_strategy();
-const StrategyEntry& sobol_owen_strategy();
-const StrategyEntry& variance_strategy();
 
 // The places of sobol-owen, as PointStrategy::place() says.
 void place_sobol_owen(std::span<SampleRequest> requests);

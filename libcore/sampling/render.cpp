@@ -45,11 +45,16 @@ double parse_until(const std::string& text, const std::string& option) {
   throw_usage(option + ": '" + text + "' is not an error to stop at; write rmse=V with V above 0, as in rmse=1e-3");
 }
 
-ImageSpec render_spec(const PictureSize& film, const Cells& cells, const FilmPlanes& planes) {
+ImageSpec render_spec(const PictureSize& film, const Cells& cells, const FilmPlanes& planes,
+                      const Strategy& strategy) {
+  const std::vector<std::string> reasons = strategy.reason_channels();
+  if (planes.reasons && reasons.empty())
+    throw_usage("the strategy '" + strategy.info().name + "' has no reasons to tell; leave them out of the planes");
   ImageSpec spec;
   spec.width = film.width;
   spec.height = film.height;
   spec.channels = film_channels(planes);
+  if (planes.reasons) spec.channels.insert(spec.channels.end(), reasons.begin(), reasons.end());
   spec.colour_channels = 3;
   spec.cells = cells;
   spec.pixel_aspect = static_cast<double>(cells.y) / cells.x;
@@ -61,8 +66,9 @@ ImageSpec render_spec(const PictureSize& film, const Cells& cells, const FilmPla
 
 Image render_picture(const RenderResult& result, const Strategy& strategy, const RenderOptions& options,
                      const Source& source, const Cells& cells, const Facts& facts) {
-  Image image = result.film.image();
-  image.spec = render_spec({result.film.width(), result.film.height()}, cells, result.film.planes());
+  const FilmPlanes& planes = result.film.planes();
+  Image image = result.image(planes.reasons ? strategy.reason_channels() : std::vector<std::string>{});
+  image.spec = render_spec({result.film.width(), result.film.height()}, cells, planes, strategy);
   const auto put = [&](const std::string& name, const std::string& value) {
     image.spec.metadata.set("triad:" + name, value);
   };

@@ -29,8 +29,9 @@ double parse_until(const std::string& text, const std::string& option);
 using Facts = std::vector<std::pair<std::string, std::string>>;
 
 // The header of the picture of a render: size, channels, cells, pixel aspect, scene-linear BT.709. `film` is the
-// size of the film.
-ImageSpec render_spec(const PictureSize& film, const Cells& cells, const FilmPlanes& planes);
+// size of the film. Throws Error(kUsage) for planes.reasons of a strategy that has none.
+ImageSpec render_spec(const PictureSize& film, const Cells& cells, const FilmPlanes& planes,
+                      const Strategy& strategy);
 
 // The picture with all that it took in its metadata, as "triad:NAME": the facts, strategy, seed, samples, dropped (if
 // any were), rmse (the estimated one, if there is one), every kind of the source's work with _ for blanks, and

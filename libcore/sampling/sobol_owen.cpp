@@ -66,10 +66,7 @@ void place_sobol_owen(std::span<SampleRequest> requests) {
 }
 
 const StrategyEntry& sobol_owen_strategy() {
-  static const StrategyEntry entry{kInfo,
-                                   [](const StrategyValues& v, const std::string&) -> std::unique_ptr<Strategy> {
-                                     return std::make_unique<SobolOwen>(v);
-                                   }};
+  static const StrategyEntry entry = strategy_entry<SobolOwen>(kInfo);
   return entry;
 }
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
-#include <triad/sampling/point_strategy.hpp>
+#include <triad/sampling/strategy_base.hpp>
 
 namespace triad {
 namespace {
@@ -15,12 +15,18 @@ const std::vector<const StrategyEntry*>& entries() {
 }
 
 std::string range(const StrategyParam& param) {
+  if (!param.choices.empty()) return join(param.choices, ", ");
   return strategy_value(param, param.least) + " to " + strategy_value(param, param.most);
 }
 
 // Nothing if it is not a number of that kind, or out of range.
 std::optional<double> parse_number(const StrategyParam& param, const std::string& text) {
   std::optional<double> number;
+  if (!param.choices.empty()) {
+    const auto found = std::find(param.choices.begin(), param.choices.end(), text);
+    if (found != param.choices.end()) number = static_cast<double>(found - param.choices.begin());
+    return number;
+  }
   if (param.decimals) {
     number = parse_double(text);
   } else if (const auto whole = parse_int(text)) {
@@ -53,8 +59,11 @@ StrategyValues parse_values(const StrategyInfo& info, const std::string& text, c
     given.push_back(key);
     const std::optional<double> number = parse_number(*param, value);
     if (!number)
-      throw_usage(option + ": " + info.name + ":" + key + "='" + value + "' cannot be used; it must be a " +
-                  (param->decimals ? "" : "whole ") + "number, " + range(*param));
+      throw_usage(option + ": " + info.name + ":" + key + "='" + value + "' cannot be used" +
+                  (param->choices.empty()
+                       ? std::string("; it must be a ") + (param->decimals ? "" : "whole ") + "number, "
+                       : did_you_mean(value, param->choices) + "; it must be one of ") +
+                  range(*param));
     values[key] = *number;
   }
   return values;
@@ -63,7 +72,35 @@ StrategyValues parse_values(const StrategyInfo& info, const std::string& text, c
 }  // namespace
 
 std::string strategy_value(const StrategyParam& param, double value) {
+  if (!param.choices.empty()) return param.choices.at(static_cast<size_t>(value));
   return param.decimals ? format_double(value) : std::to_string(static_cast<int64_t>(value));
+}
+
+std::string StrategyBase::text() const {
+  std::string text = info_.name;
+  char separator = ':';
+  for (const StrategyParam& param : info_.params) {
+    text += separator + param.name + "=" + strategy_value(param, values_.at(param.name));
+    separator = ',';
+  }
+  return text;
+}
+
+Image RenderResult::image(const std::vector<std::string>& reason_channels) const {
+  if (reason_channels.size() != reasons.size()) throw_internal("a render has other reasons than were asked for");
+  Image image = film.image();
+  const size_t before = image.spec.channels.size(), channels = before + reasons.size();
+  for (size_t p = 0; p < colour.size(); ++p)
+    for (size_t c = 0; c < 3; ++c) image.pixels[p * before + c] = static_cast<float>(colour[p][c]);
+  if (reasons.empty()) return image;
+  std::vector<float> wider(film.pixels() * channels);
+  for (size_t p = 0; p < film.pixels(); ++p) {
+    std::copy_n(&image.pixels[p * before], before, &wider[p * channels]);
+    for (size_t r = 0; r < reasons.size(); ++r) wider[p * channels + before + r] = reasons[r][p];
+  }
+  image.pixels = std::move(wider);
+  image.spec.channels.insert(image.spec.channels.end(), reason_channels.begin(), reason_channels.end());
+  return image;
 }
 
 std::vector<const StrategyInfo*> strategy_list() {

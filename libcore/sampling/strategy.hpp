@@ -14,13 +14,19 @@
 
 namespace triad {
 
-// A parameter of a strategy: a number, whole unless `decimals`.
+// A parameter of a strategy: a number, whole unless `decimals`, or one of several words.
 struct StrategyParam {
   std::string name, doc;
   double least = 0, most = 0, usual = 0;  // most may be infinite where there are decimals
   bool decimals = false;
+  std::vector<std::string> choices{};  // not empty: the value is the place of one of these, from 0
 };
-// A value of it as text: "16", "0.01", "inf".
+// A parameter that is one of several words, the first by default.
+inline StrategyParam choice_param(std::string name, std::string doc, std::vector<std::string> choices) {
+  const double last = static_cast<double>(choices.size()) - 1;
+  return {std::move(name), std::move(doc), 0, last, 0, false, std::move(choices)};
+}
+// A value of it as text: "16", "0.01", "inf", "lanczos2".
 std::string strategy_value(const StrategyParam& param, double value);
 
 struct StrategyInfo {
@@ -31,6 +37,7 @@ struct StrategyInfo {
 
 struct RenderOptions {
   uint64_t seed = 0;
+  Cells cells;       // the film's pixels are cells, so many of them in a display pixel; for strategies that see both
   int tile_px = 32;  // side of the squares that threads take; never changes the picture
   FilmPlanes planes;
   double until_rmse = 0;       // stop after the pass in which Film::estimated_rmse() is at most this; 0: all samples
@@ -46,13 +53,21 @@ struct PassRecord {
 };
 
 struct RenderResult {
-  Film film;
+  Film film;  // each sample in the pixel it was taken for: counts, geometry, and for most strategies the colours
+  std::vector<std::array<double, 3>> colour{};  // not empty: the picture, in place of the film's means
+  // Of planes.reasons, in the order of Strategy::reason_channels(), each row by row.
+  std::vector<std::vector<float>> reasons{};
   std::vector<PassRecord> passes;
   uint64_t samples = 0;                // taken, as CountingSource counted them
   uint64_t dropped = 0;                // of these, not valid or not finite, and left out
   int dropped_x = -1, dropped_y = -1;  // the first pixel, in reading order, that lost one; -1: none did
   bool complete = true;                // false: stop() said so before the end
   bool reached = false;                // until_rmse was reached
+
+  // The picture's colour there.
+  std::array<double, 3> mean(size_t pixel) const { return colour.empty() ? film.mean(pixel) : colour[pixel]; }
+  // Film::image() with these colours, then the reasons, whose channels' names are given.
+  Image image(const std::vector<std::string>& reason_channels = {}) const;
 };
 
 // A strategy with its parameters. Immutable; render() may be called from several threads.
@@ -64,6 +79,8 @@ class Strategy {
   virtual std::string text() const = 0;
   // Whether its points are random, so that Film::estimated_rmse() and until_rmse mean something.
   virtual bool estimates_error() const = 0;
+  // What else its pictures have, of planes.reasons: why samples were taken, for example. Most have nothing.
+  virtual std::vector<std::string> reason_channels() const { return {}; }
   // The most it can ask a source of that size for, in all.
   virtual uint64_t most_samples(int width, int height) const = 0;
   // The picture of the whole film. The same bits for any number of threads and any tile. Ended early, it is what

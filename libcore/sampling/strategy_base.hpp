@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all strategies have in common: their parameters, and the list that they are found in.
+#pragma once
+
+#include <map>
+#include <triad/sampling/strategy.hpp>
+
+namespace triad {
+
+using StrategyValues = std::map<std::string, double>;  // one for each parameter, in range
+
+class StrategyBase : public Strategy {
+ public:
+  StrategyBase(const StrategyInfo& info, const StrategyValues& values) : info_(info), values_(values) {}
+
+  const StrategyInfo& info() const override { return info_; }
+  std::string text() const override;
+
+ protected:
+  double value(const std::string& name) const { return values_.at(name); }
+  // Of a parameter that is a whole number, or a choice's place.
+  uint32_t whole(const std::string& name) const { return static_cast<uint32_t>(values_.at(name)); }
+
+ private:
+  const StrategyInfo& info_;
+  StrategyValues values_;
+};
+
+// One line per strategy in strategy.cpp's list.
+struct StrategyEntry {
+  const StrategyInfo& info;
+  // Throws Error(kUsage) naming `option` for values that do not go together.
+  std::unique_ptr<Strategy> (*make)(const StrategyValues& values, const std::string& option);
+};
+// The entry of a strategy whose values all go together.
+template <class S>
+StrategyEntry strategy_entry(const StrategyInfo& info) {
+  return {info, [](const StrategyValues& values, const std::string&) -> std::unique_ptr<Strategy> {
+            return std::make_unique<S>(values);
+          }};
+}
+
+const StrategyEntry& control_strategy();
+const StrategyEntry& grid_strategy();
+const StrategyEntry& sobol_owen_strategy();
+const StrategyEntry& variance_strategy();
+
+}  // namespace triad
