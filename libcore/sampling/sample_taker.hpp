@@ -25,8 +25,8 @@ class SampleTaker {
   // For requests of pixels outside, and with `keep` false for all, nothing is added to the film, but they count.
   bool take(std::span<const SampleRequest> requests, std::span<Sample> samples, bool keep = true);
 
-  // The same for samples inside the film that all are to be added, faster: what cannot be used is left out and counted,
-  // and only the film knows.
+  // The same for samples inside the film that all are to be added, faster: what cannot be used is left out and
+  // counted, and only the film knows.
   bool add(std::span<const SampleRequest> requests, std::span<Sample> samples);
 
   // What was taken since the last one was a pass.
