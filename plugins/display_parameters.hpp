@@ -15,10 +15,6 @@ namespace display_parameters {
 
 namespace tp = triad_plugin;
 
-inline constexpr const char* kLayoutDoc =
-    "how the subpixels lie: rgb, bgr, qd-oled or another name that triad list layouts shows, or the path of a "
-    "layout's "
-    "TOML file";
 inline constexpr const char* kOriginDoc =
     "the panel's pixel on which the picture's first lies; counts for layouts whose tile is larger than a pixel";
 inline constexpr double kOrigin[] = {0, 0};
@@ -35,14 +31,6 @@ auto in_library(F&& body) {
       default: throw;
     }
   }
-}
-
-inline triad::Layout stripes(const std::string& name) {
-  return in_library([&] {
-    triad::Layout layout = triad::load_layout(name);
-    triad::require_rows(layout);
-    return layout;
-  });
 }
 
 // The picture's phase on the panel, "x,y". It counts modulo the tile.
