@@ -44,5 +44,8 @@ const StrategyEntry& control_strategy();
 const StrategyEntry& grid_strategy();
 const StrategyEntry& sobol_owen_strategy();
 const StrategyEntry& variance_strategy();
+const StrategyEntry& per_subpixel_strategy();
+const StrategyEntry& random_subpixel_strategy();
+const StrategyEntry& cells_strategy();
 
 }  // namespace triad
