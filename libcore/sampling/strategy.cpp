@@ -7,8 +7,9 @@ namespace triad {
 namespace {
 
 const std::vector<const StrategyEntry*>& entries() {
-  static const std::vector<const StrategyEntry*> list{&control_strategy(), &grid_strategy(), &sobol_owen_strategy(),
-                                                      &variance_strategy(), &exact_strategy()};
+  static const std::vector<const StrategyEntry*> list{
+      &control_strategy(),         &grid_strategy(),  &sobol_owen_strategy(), &per_subpixel_strategy(),
+      &random_subpixel_strategy(), &cells_strategy(), &variance_strategy(),   &exact_strategy()};
   return list;
 }
 

@@ -42,5 +42,8 @@ const StrategyEntry& grid_strategy();
 const StrategyEntry& sobol_owen_strategy();
 const StrategyEntry& variance_strategy();
 const StrategyEntry& exact_strategy();
+const StrategyEntry& per_subpixel_strategy();
+const StrategyEntry& random_subpixel_strategy();
+const StrategyEntry& cells_strategy();
 
 }  // namespace triad
