@@ -9,7 +9,8 @@ namespace {
 const std::vector<const StrategyEntry*>& entries() {
   static const std::vector<const StrategyEntry*> list{
       &control_strategy(),         &grid_strategy(),  &sobol_owen_strategy(), &per_subpixel_strategy(),
-      &random_subpixel_strategy(), &cells_strategy(), &variance_strategy(),   &exact_strategy()};
+      &random_subpixel_strategy(), &cells_strategy(), &quad_strategy(),       &tri_strategy(),
+      &variance_strategy(),        &exact_strategy()};
   return list;
 }
 
