@@ -9,8 +9,9 @@ namespace triad {
 namespace {
 
 const std::vector<const StrategyEntry*>& entries() {
-  static const std::vector<const StrategyEntry*> list{&control_strategy(), &grid_strategy(), &sobol_owen_strategy(),
-                                                      &variance_strategy()};
+  static const std::vector<const StrategyEntry*> list{
+      &control_strategy(), &grid_strategy(),  &random_strategy(),     &jitter_strategy(),  &sobol_owen_strategy(),
+      &uniform_strategy(), &splat_strategy(), &importance_strategy(), &variance_strategy()};
   return list;
 }
 

@@ -42,7 +42,12 @@ StrategyEntry strategy_entry(const StrategyInfo& info) {
 
 const StrategyEntry& control_strategy();
 const StrategyEntry& grid_strategy();
+const StrategyEntry& random_strategy();
+const StrategyEntry& jitter_strategy();
 const StrategyEntry& sobol_owen_strategy();
+const StrategyEntry& uniform_strategy();
+const StrategyEntry& splat_strategy();
+const StrategyEntry& importance_strategy();
 const StrategyEntry& variance_strategy();
 
 }  // namespace triad
