@@ -40,7 +40,7 @@ class FilteredPoints : public StrategyBase {
 struct SignedWeights {
   // Weights that sum to less than this share of what their absolute values do say nothing: they would blow up noise
   // 64 times or more.
-  static constexpr double kCancelled = 1. / 64;
+  static constexpr double kCancelled = 1. / 16;
 
   double sum = 0, absolute = 0;
   float nearest_px2 = std::numeric_limits<float>::infinity();  // squared distance from the centre
