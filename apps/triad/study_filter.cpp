@@ -233,6 +233,7 @@ class FilterWork final : public StudyWork {
   static Image draw(const std::string& name, const SettingValues& values, const Cells& cells) {
     const PictureSize size = values.size(), film = film_size(size, cells);
     const auto& own = stroke_picture_names();
+    const auto strategy = values.strategy();
     std::unique_ptr<Source> source;
     if (std::find(own.begin(), own.end(), name) != own.end()) {
       source = make_strokes(name, size.width, size.height, cells, values.seed());
@@ -241,13 +242,12 @@ class FilterWork final : public StudyWork {
       raytracer::SourceOptions options;
       options.width = film.width;
       options.height = film.height;
-      options.geometry = false;
+      options.geometry = strategy->uses_geometry();
       options.picture_aspect = static_cast<double>(size.width) / size.height;
       const auto scene = load_study_scene(name, values.text_or("camera", ""));
       options.camera = scene->camera;
       source = raytracer::make_scene_source(scene, options);
     }
-    const auto strategy = values.strategy();
     RenderOptions options;
     options.seed = values.seed();
     const RenderResult result = render_whole(*strategy, *source, options.seed);

@@ -2,12 +2,9 @@
 // What all strategies have in common: their parameters, and the list that they are found in.
 #pragma once
 
-#include <map>
-#include <triad/sampling/strategy.hpp>
+#include <triad/sampling/named_params.hpp>
 
 namespace triad {
-
-using StrategyValues = std::map<std::string, double>;  // one for each parameter, in range
 
 class StrategyBase : public Strategy {
  public:
@@ -42,7 +39,18 @@ StrategyEntry strategy_entry(const StrategyInfo& info) {
 
 const StrategyEntry& control_strategy();
 const StrategyEntry& grid_strategy();
+const StrategyEntry& random_strategy();
+const StrategyEntry& jitter_strategy();
 const StrategyEntry& sobol_owen_strategy();
+const StrategyEntry& quad_strategy();
+const StrategyEntry& tri_strategy();
+const StrategyEntry& uniform_strategy();
+const StrategyEntry& splat_strategy();
+const StrategyEntry& importance_strategy();
 const StrategyEntry& variance_strategy();
+const StrategyEntry& exact_strategy();
+const StrategyEntry& per_subpixel_strategy();
+const StrategyEntry& random_subpixel_strategy();
+const StrategyEntry& cells_strategy();
 
 }  // namespace triad
