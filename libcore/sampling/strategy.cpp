@@ -9,8 +9,10 @@ namespace triad {
 namespace {
 
 const std::vector<const StrategyEntry*>& entries() {
-  static const std::vector<const StrategyEntry*> list{&control_strategy(), &grid_strategy(), &sobol_owen_strategy(),
-                                                      &variance_strategy()};
+  static const std::vector<const StrategyEntry*> list{
+      &control_strategy(),        &grid_strategy(),    &sobol_owen_strategy(), &pov1_strategy(),
+      &pov2_strategy(),           &pov3_strategy(),    &pov4_strategy(),       &pov5_strategy(),
+      &pov_stochastic_strategy(), &variance_strategy()};
   return list;
 }
 

@@ -43,6 +43,12 @@ StrategyEntry strategy_entry(const StrategyInfo& info) {
 const StrategyEntry& control_strategy();
 const StrategyEntry& grid_strategy();
 const StrategyEntry& sobol_owen_strategy();
+const StrategyEntry& pov1_strategy();
+const StrategyEntry& pov2_strategy();
+const StrategyEntry& pov3_strategy();
+const StrategyEntry& pov4_strategy();
+const StrategyEntry& pov5_strategy();
+const StrategyEntry& pov_stochastic_strategy();
 const StrategyEntry& variance_strategy();
 
 }  // namespace triad
