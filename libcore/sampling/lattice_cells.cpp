@@ -69,15 +69,10 @@ float PixelCells::difference(const Edge& edge) const {
 }
 
 float PixelCells::difference(const Cell& cell) const {
-  float most = 0;  // and stays so where nothing is known
-  const auto add = [&](float distance) {
-    if (distance > most) most = distance;
-  };
-  for (int k = 0; k < 4; ++k) add(difference(edge(cell, k)));
-  add(pov_distance(cell.corner[0], cell.corner[3]));
-  add(pov_distance(cell.corner[1], cell.corner[2]));
+  float most = std::max(pov_distance(cell.corner[0], cell.corner[3]), pov_distance(cell.corner[1], cell.corner[2]));
+  for (int k = 0; k < 4; ++k) most = std::max(most, difference(edge(cell, k)));
   if (cell.centre.known())
-    for (const PovColour& corner : cell.corner) add(pov_distance(corner, cell.centre));
+    for (const PovColour& corner : cell.corner) most = std::max(most, pov_distance(corner, cell.centre));
   return most;
 }
 
@@ -189,11 +184,14 @@ PixelCells::Mean PixelCells::mean(const Cell& cell) const {
 std::array<double, 3> PixelCells::colour() {
   const Cell& root = cells_.front();
   Mean all = mean(root);
-  // As if divided, with the middles of all edges the means of their ends: 3/16 of each corner, 1/4 of the centre.
-  if (rules_.with_centre && root.children < 0 && root.centre.known()) {
-    all.weight *= .75;
-    for (int c = 0; c < 3; ++c) all.sum[c] = .75 * all.sum[c] + .25 * root.centre.linear[c];
-    all.weight += .25;
+  if (rules_.with_centre && root.children < 0) {
+    // As if divided, with the middles of all edges the means of their ends: 3/16 of each corner, 1/4 of the centre.
+    int corners = 0;
+    for (const PovColour& corner : root.corner) corners += corner.known();
+    const double of_corners = 3. / 16 * corners, of_centre = root.centre.known() ? .25 : 0;
+    all.weight = of_corners + of_centre;
+    for (int c = 0; c < 3; ++c)
+      all.sum[c] = of_corners * all.sum[c] + (root.centre.known() ? .25 * root.centre.linear[c] : 0);
   }
   if (all.weight == 0) return {};
   return {all.sum[0] / all.weight, all.sum[1] / all.weight, all.sum[2] / all.weight};

@@ -40,11 +40,12 @@ class PovEncoding {
   float power_;
 };
 
-// The sum of the absolute differences of red, green and blue, encoded: POV-Ray's ColourDistance. Not a number where
-// one is unknown, so that no comparison with a threshold holds.
+// The sum of the absolute differences of red, green and blue, encoded: POV-Ray's ColourDistance. 0 where one is
+// unknown.
 inline float pov_distance(const PovColour& a, const PovColour& b) {
-  return std::abs(a.encoded[0] - b.encoded[0]) + std::abs(a.encoded[1] - b.encoded[1]) +
-         std::abs(a.encoded[2] - b.encoded[2]);
+  const float distance = std::abs(a.encoded[0] - b.encoded[0]) + std::abs(a.encoded[1] - b.encoded[1]) +
+                         std::abs(a.encoded[2] - b.encoded[2]);
+  return std::isnan(distance) ? 0 : distance;
 }
 
 inline StrategyParam pov_threshold_param() {
