@@ -42,15 +42,21 @@ const StrategyEntry& grid_strategy();
 const StrategyEntry& random_strategy();
 const StrategyEntry& jitter_strategy();
 const StrategyEntry& sobol_owen_strategy();
-const StrategyEntry& quad_strategy();
-const StrategyEntry& tri_strategy();
-const StrategyEntry& uniform_strategy();
-const StrategyEntry& splat_strategy();
-const StrategyEntry& importance_strategy();
-const StrategyEntry& variance_strategy();
-const StrategyEntry& exact_strategy();
 const StrategyEntry& per_subpixel_strategy();
 const StrategyEntry& random_subpixel_strategy();
 const StrategyEntry& cells_strategy();
+const StrategyEntry& uniform_strategy();
+const StrategyEntry& splat_strategy();
+const StrategyEntry& importance_strategy();
+const StrategyEntry& pov1_strategy();
+const StrategyEntry& pov2_strategy();
+const StrategyEntry& pov3_strategy();
+const StrategyEntry& pov4_strategy();
+const StrategyEntry& pov5_strategy();
+const StrategyEntry& pov_stochastic_strategy();
+const StrategyEntry& quad_strategy();
+const StrategyEntry& tri_strategy();
+const StrategyEntry& variance_strategy();
+const StrategyEntry& exact_strategy();
 
 }  // namespace triad
