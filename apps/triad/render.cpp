@@ -117,8 +117,8 @@ Job check(const Options& options) {
   job.source.width = job.film.width;
   job.source.height = job.film.height;
   const FilmPlanes& planes = job.render.planes;
-  job.source.geometry =
-      planes.depth || planes.position || planes.normal || planes.albedo || planes.object_id || planes.material_id;
+  job.source.geometry = job.strategy->uses_geometry() || planes.depth || planes.position || planes.normal ||
+                        planes.albedo || planes.object_id || planes.material_id;
   job.source.picture_aspect = static_cast<double>(job.picture.width) / job.picture.height;
   if (!options.effects.empty()) job.source.effects = raytracer::parse_effects(options.effects);
   job.source.max_depth = options.bounces;

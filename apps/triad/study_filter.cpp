@@ -150,8 +150,9 @@ class FilterWork final : public StudyWork {
     StudySource wanted = StudySource::of(values, "picture");
     wanted.cells = cells;
     wanted.seed = values.seed();
-    const auto source = make_study_source(wanted, values.where());
     const auto strategy = values.strategy();
+    wanted.geometry = strategy->uses_geometry();
+    const auto source = make_study_source(wanted, values.where());
     RenderOptions options;
     options.seed = values.seed();
     const RenderResult result = render_whole(*strategy, *source, options);

@@ -83,7 +83,7 @@ class RenderWork final : public StudyWork {
     raytracer::SourceOptions options;
     options.width = size.width;
     options.height = size.height;
-    options.geometry = false;
+    options.geometry = job.strategy->uses_geometry();
     const std::string effects = values.text_or("effects", "scene");
     if (effects == "everything")
       options.specialise = false;

@@ -85,6 +85,7 @@ class StrategyWork final : public StudyWork {
     const std::string cells = values.text_or("cells", "");
     if (!cells.empty()) job.wanted.cells = parse_cells_or_layout(cells, values.where() + ": cells").cells;
     job.strategy = make_strategy(filled(values.text("strategy")), values.where());
+    job.wanted.geometry = job.strategy->uses_geometry();
     job.filter = filled(values.text_or("filter", ""));
     if (!job.filter.empty()) job.stages = study_stages(job.filter, values.where());
     for (const ChainItem& stage : job.stages) StageInstance(host_.find(stage.id), stage.params);
@@ -133,6 +134,7 @@ class StrategyWork final : public StudyWork {
     const std::string where = "'" + plan_.file + "'";
     StudySource pixels = job.wanted, wide = job.wanted;
     pixels.cells = {};
+    pixels.geometry = wide.geometry = false;  // the same picture for all strategies
     const bool any_wide = std::any_of(job.metrics.begin(), job.metrics.end(), [](const auto& m) { return m.wide; });
     if (any_wide) {
       const Layout panel = load_layout(job.layout);

@@ -10,7 +10,7 @@ namespace {
 
 const std::vector<const StrategyEntry*>& entries() {
   static const std::vector<const StrategyEntry*> list{&control_strategy(), &grid_strategy(), &sobol_owen_strategy(),
-                                                      &variance_strategy()};
+                                                      &quad_strategy(),    &tri_strategy(),  &variance_strategy()};
   return list;
 }
 

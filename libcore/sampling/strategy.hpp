@@ -81,6 +81,8 @@ class Strategy {
   virtual bool estimates_error() const = 0;
   // What else its pictures have, of planes.reasons: why samples were taken, for example. Most have nothing.
   virtual std::vector<std::string> reason_channels() const { return {}; }
+  // Whether it looks at the geometry of samples, so that a source that may leave it out shall tell it.
+  virtual bool uses_geometry() const { return false; }
   // The most it can ask a source of that size for, in all.
   virtual uint64_t most_samples(int width, int height) const = 0;
   // The picture of the whole film. The same bits for any number of threads and any tile. Ended early, it is what

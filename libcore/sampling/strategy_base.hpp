@@ -43,6 +43,8 @@ StrategyEntry strategy_entry(const StrategyInfo& info) {
 const StrategyEntry& control_strategy();
 const StrategyEntry& grid_strategy();
 const StrategyEntry& sobol_owen_strategy();
+const StrategyEntry& quad_strategy();
+const StrategyEntry& tri_strategy();
 const StrategyEntry& variance_strategy();
 
 }  // namespace triad
