@@ -21,6 +21,7 @@
 
 #include "bundled_scenes.hpp"
 #include "options.hpp"
+#include "render_chain.hpp"
 #include "verbs.hpp"
 
 namespace triad::app {
@@ -33,7 +34,8 @@ constexpr int64_t kMostForUntil = 1 << 16;  // samples per pixel that --until ma
 constexpr int kMostBounces = 1000;
 
 struct Options {
-  std::string scene, output, size, strategy, cells, effects, planes, until, camera, json, depth, compression;
+  std::string scene, output, size, strategy, cells, effects, planes, until, camera, json, depth, compression, chain;
+  HostOptions host;
   std::optional<int64_t> spp;
   std::string seed = "0";
   int threads = 0, bounces = 32;
@@ -48,11 +50,12 @@ struct Job {
   std::unique_ptr<Strategy> strategy;
   raytracer::SourceOptions source;
   WriteOptions write;
+  RenderChain chain;
   bool display_encoded = false;
 };
 
 struct Seconds {
-  double load = 0, build = 0, render = 0, write = 0;
+  double load = 0, build = 0, render = 0, chain = 0, write = 0;
 };
 
 // Seconds since the last call, or since it was made.
@@ -112,7 +115,17 @@ Job check(const Options& options) {
                 "' does not; write an .exr");
   require_film_memory(job.film.width, job.film.height, job.render.planes);
   // Whether it can be written at all shall not come out after hours; what is not committed leaves nothing behind.
-  ImageWriter::open(options.output, render_spec(job.film, job.cells, job.render.planes, *job.strategy), job.write);
+  const ImageSpec spec = render_spec(job.film, job.cells, job.render.planes, *job.strategy);
+  ImageWriter::open(options.output, spec, job.write);
+  if (!options.chain.empty()) {
+    if (!options.planes.empty())
+      throw_usage(
+          "--aov keeps channels of the render, and --chain makes another picture of it; leave one of them out");
+    job.chain = RenderChain(options.chain, options.host.plugin_path);
+    ImageSpec named = spec;
+    if (!job.layout.empty()) named.metadata.set("triad:layout", job.layout);
+    job.chain.check(named, options.output, job.write);
+  }
 
   job.source.width = job.film.width;
   job.source.height = job.film.height;
@@ -185,6 +198,7 @@ std::string record(const Options& options, const Job& job, const raytracer::Scen
   root["cells"] = {job.cells.x, job.cells.y};
   root["layout"] = job.layout.empty() ? Json(nullptr) : Json(job.layout);
   root["strategy"] = job.strategy->text();
+  root["chain"] = job.chain.empty() ? Json(nullptr) : Json(job.chain.text());
   root["seed"] = job.render.seed;
   root["effects"] = raytracer::effects_text(source.effects());
   root["kernel"] = raytracer::effects_text(source.kernel_effects());
@@ -198,8 +212,11 @@ std::string record(const Options& options, const Job& job, const raytracer::Scen
   root["until_reached"] = options.until.empty() ? Json(nullptr) : Json(result.reached);
   root["work"] = Json::object();
   for (const WorkCount& work : source.work()) root["work"][work.kind] = work.count;
-  root["seconds"] = {
-      {"load", seconds.load}, {"build", seconds.build}, {"render", seconds.render}, {"write", seconds.write}};
+  root["seconds"] = {{"load", seconds.load},
+                     {"build", seconds.build},
+                     {"render", seconds.render},
+                     {"chain", seconds.chain},
+                     {"write", seconds.write}};
   root["passes"] = Json::array();
   for (const PassRecord& pass : result.passes)
     root["passes"].push_back({{"samples", pass.samples}, {"seconds", pass.seconds}, {"rmse", number(pass.rmse)}});
@@ -252,8 +269,13 @@ void render(const Options& options) {
               {"effects", raytracer::effects_text(source->effects())},
               {"bounces", std::to_string(options.bounces)}};
   if (!job.layout.empty()) facts.emplace_back("layout", job.layout);
-  write_picture(options.output, render_picture(result, *job.strategy, job.render, *source, job.cells, facts), job);
-  seconds.write = watch.lap();
+  Image picture = render_picture(result, *job.strategy, job.render, *source, job.cells, facts);
+  if (job.chain.empty()) {
+    write_picture(options.output, std::move(picture), job);
+  } else {
+    seconds.chain = job.chain.write(std::move(picture), options.scene, options.output, job.write);
+  }
+  seconds.write = watch.lap() - seconds.chain;
   if (options.json != "-")
     std::cout << fmt::format("{}: {}x{}, {}, {} samples in {:.2f} s\n", printable(options.output), job.film.width,
                              job.film.height, job.strategy->text(), result.samples, seconds.render);
@@ -284,6 +306,12 @@ void setup_render(CLI::App& app) {
                    "Fine cells per display pixel, as in 3x1, or a layout's name or path (see triad list layouts): a "
                    "wide render of the same view")
       ->type_name("XxY");
+  verb->add_option("--chain", options->chain,
+                   "Filters that the render goes through before it is written: stages as for triad run, or a chain's "
+                   "file")
+      ->type_name("STAGES")
+      ->check(not_empty());
+  options->host.add_plugin_path(*verb);
   verb->add_option("--camera", options->camera, "A camera's name, or number from 0 (default: the scene's first)")
       ->type_name("NAME");
   verb->add_option("--effects", options->effects,
@@ -310,9 +338,11 @@ void setup_render(CLI::App& app) {
       "  triad render cornell -o cornell.exr --size 400x225 --spp 64\n"
       "  triad render house.glb -o wide.exr --size 1200x675 --spp 64 --cells 3x1\n"
       "  triad render house.glb -o oled.exr --size 1200x675 --spp 64 --cells qd-oled\n"
+      "  triad render house.glb -o house.png --size 1200x675 --strategy cells --cells rgb --chain platt:ppd=40\n"
       "  triad render house.glb -o truth.exr --size 1200x675 --until rmse=1e-3 --json truth.json\n"
       "  triad render house.glb -o edges.exr --size 1200x675 --strategy grid:n=4 --aov depth,normal\n"
-      "Ctrl-C writes what is done so far, marks it triad:partial, and exits with 130.\n"
+      "Ctrl-C writes what is done so far, marks it triad:partial, and exits with 130; with --chain it writes "
+      "nothing.\n"
       "See also: triad list scenes, triad list strategies, triad help sobol-owen, triad help variance");
   verb->callback([options] { render(*options); });
 }

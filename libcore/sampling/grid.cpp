@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
-#include <numeric>
 #include <triad/sampling/point_strategy.hpp>
 #include <vector>
 
@@ -34,13 +32,9 @@ class Grid final : public PointStrategy {
   struct Place {
     double x, y;
   };
-  // Cells are visited with a stride near the golden section of their number, and prime to it, so that a render
-  // that is ended early has samples all over the pixel and not its upper part only.
   static std::vector<Place> places_for(uint32_t n) {
     const uint64_t cells = uint64_t{n} * n;
-    uint64_t stride =
-        std::max<uint64_t>(1, static_cast<uint64_t>(std::llround(static_cast<double>(cells) * .6180339887498949)));
-    while (std::gcd(stride, cells) != 1) ++stride;
+    const uint64_t stride = spread_stride(cells);
     std::vector<Place> places(cells);
     for (uint64_t index = 0, cell = 0; index < cells; ++index, cell = (cell + stride) % cells)
       places[index] = {(static_cast<double>(cell % n) + .5) / n, (static_cast<double>(cell / n) + .5) / n};

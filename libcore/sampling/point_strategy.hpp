@@ -22,6 +22,10 @@ class PointStrategy : public StrategyBase {
   virtual void place(std::span<SampleRequest> requests) const = 0;
 };
 
+// A step near the golden section of `count`, and prime to it: 0, stride, 2 stride ... modulo `count` is an order of
+// count places side by side in which the first few are all over them, for renders that are ended early.
+uint64_t spread_stride(uint64_t count);
+
 // The places of sobol-owen, as PointStrategy::place() says.
 void place_sobol_owen(std::span<SampleRequest> requests);
 

@@ -9,8 +9,10 @@ namespace triad {
 namespace {
 
 const std::vector<const StrategyEntry*>& entries() {
-  static const std::vector<const StrategyEntry*> list{&control_strategy(), &grid_strategy(), &sobol_owen_strategy(),
-                                                      &quad_strategy(),    &tri_strategy(),  &variance_strategy()};
+  static const std::vector<const StrategyEntry*> list{
+      &control_strategy(),         &grid_strategy(),  &sobol_owen_strategy(), &per_subpixel_strategy(),
+      &random_subpixel_strategy(), &cells_strategy(), &quad_strategy(),       &tri_strategy(),
+      &variance_strategy()};
   return list;
 }
 

@@ -46,5 +46,8 @@ const StrategyEntry& sobol_owen_strategy();
 const StrategyEntry& quad_strategy();
 const StrategyEntry& tri_strategy();
 const StrategyEntry& variance_strategy();
+const StrategyEntry& per_subpixel_strategy();
+const StrategyEntry& random_subpixel_strategy();
+const StrategyEntry& cells_strategy();
 
 }  // namespace triad

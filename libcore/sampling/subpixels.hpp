@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the strategies share that take samples at the centres of a pixel's three subpixels, stripes side by side.
+#pragma once
+
+#include <triad/sampling/strategy.hpp>
+
+namespace triad {
+
+inline constexpr int kSubpixels = 3;
+
+// Sets x and y to the centre of that subpixel, 0 .. 2 from the left, of the request's pixel.
+inline void place_in_subpixel(SampleRequest& request, int subpixel) {
+  request.x = request.pixel_x + (2 * subpixel + 1) / 6.;
+  request.y = request.pixel_y + .5;
+}
+
+// Throws Error(kUsage) where the film's pixels are not those of a display.
+void require_whole_pixels(const StrategyInfo& info, const RenderOptions& options);
+
+// Samples summed by pixel and subpixel. Several threads may add to different pixels at once.
+class SubpixelSums {
+ public:
+  // Sizes in pixels, at least 1.
+  SubpixelSums(int width, int height);
+
+  void add(int x, int y, int subpixel, const Sample& sample);
+  // Samples that add() was given for it, those that are not valid included.
+  uint32_t asked(int x, int y, int subpixel) const { return at(x, y, subpixel).asked; }
+  // Of the valid samples. Without any, that of the nearest subpixels in the row that have some, the one to the left
+  // before the one to the right; 0 if there are none.
+  std::array<double, 3> mean(int x, int y, int subpixel) const;
+
+ private:
+  struct Sum {
+    std::array<double, 3> rgb{};
+    uint32_t asked = 0, valid = 0;
+  };
+  const Sum& at(int x, int y, int subpixel) const {
+    return sums_[row(y) + static_cast<size_t>(x * kSubpixels + subpixel)];
+  }
+  size_t row(int y) const { return static_cast<size_t>(y) * static_cast<size_t>(width_) * kSubpixels; }
+
+  int width_;
+  std::vector<Sum> sums_;
+};
+
+}  // namespace triad

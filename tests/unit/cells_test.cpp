@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples of display pixels, binned into fine cells.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <optional>
+#include <triad/base/error.hpp>
+#include <triad/base/parallel.hpp>
+#include <triad/sampling/analytic.hpp>
+#include <triad/sampling/strategy.hpp>
+
+#include "layouts.hpp"
+#include "sampling_sources.hpp"
+
+using namespace triad;
+using test::FunctionSource;
+using test::grey;
+using testing::HasSubstr;
+
+namespace {
+
+using Colour = std::array<double, 3>;
+
+constexpr Rgb kBlack{0, 0, 0}, kWhite{1, 1, 1};
+
+RenderResult render(const std::string& strategy, const Source& source, const Cells& cells, uint64_t seed = 0) {
+  RenderOptions options;
+  options.cells = cells;
+  options.seed = seed;
+  return make_strategy(strategy, "--strategy")->render(source, options);
+}
+
+std::string refusal(const std::function<void()>& body) {
+  try {
+    body();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+    return error.what();
+  }
+  return "";
+}
+
+// A function of the place in display pixels, for a film of cells.
+FunctionSource in_pixels(int width_px, int height_px, const Cells& cells,
+                         const std::function<double(double x, double y)>& value) {
+  return FunctionSource(width_px * cells.x, height_px * cells.y,
+                        [=](const SampleRequest& r) { return grey(value(r.x / cells.x, r.y / cells.y)); });
+}
+
+// A slanted edge through many pixels, each crossed at another offset; of the film's pixels.
+HalfPlaneSource edge(int width_px, int height_px, const Cells& cells) {
+  return HalfPlaneSource(width_px * cells.x, height_px * cells.y, .6 / cells.x, .8 / cells.y, .55 * width_px, kWhite,
+                         kBlack);
+}
+
+// Root mean square over cells, against the exact means.
+double rmse(const RenderResult& result, const Source& source) {
+  double squares = 0;
+  for (int y = 0; y < source.height(); ++y)
+    for (int x = 0; x < source.width(); ++x) {
+      const double error = result.colour[result.film.pixel(x, y)][0] - (*source.integral(x, y, x + 1, y + 1))[0];
+      squares += error * error;
+    }
+  return std::sqrt(squares / static_cast<double>(result.film.pixels()));
+}
+
+}  // namespace
+
+TEST(Cells, CountsAndConstantsOnTheCellsOfEveryLayout) {
+  constexpr int kWidth = 13, kHeight = 7;
+  for (const Layout& layout : reference::all_layouts()) {
+    const Cells cells{layout.cells_x, layout.cells_y};
+    const RampSource flat(kWidth * cells.x, kHeight * cells.y, {.3f, .5f, .7f}, kBlack, kBlack);
+    for (const auto& [text, spp] : {std::pair{"cells", 16u},
+                                    {"cells:spp=1", 1u},
+                                    {"cells:spp=5", 5u},
+                                    {"cells:spp=64", 64u},
+                                    {"cells:spp=9,points=jitter", 9u},
+                                    {"cells:spp=16,points=random", 16u}}) {
+      const CountingSource counted(flat);
+      const RenderResult result = render(text, counted, cells);
+      EXPECT_EQ(counted.samples(), uint64_t{spp} * kWidth * kHeight) << layout.name << " " << text;
+      EXPECT_EQ(result.samples, counted.samples());
+      ASSERT_EQ(result.colour.size(), flat.width() * static_cast<size_t>(flat.height()));
+      for (const Colour& colour : result.colour)
+        for (size_t c = 0; c < 3; ++c)
+          ASSERT_NEAR(colour[c], flat.integral(0, 0, 1, 1)->at(c), 1e-14) << layout.name << " " << text;
+      for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+          uint32_t in_pixel = 0;
+          for (int v = 0; v < cells.y; ++v)
+            for (int u = 0; u < cells.x; ++u)
+              in_pixel += result.film.count(result.film.pixel(x * cells.x + u, y * cells.y + v));
+          ASSERT_EQ(in_pixel, spp) << layout.name << " " << text;
+        }
+    }
+  }
+}
+
+TEST(Cells, TogetherAPixelsCellsHaveThePlainMean) {
+  const auto value = [](double x, double y) { return std::sin(7 * x + 2 * y * y) + (x > y) + 2; };
+  const FunctionSource plain = in_pixels(19, 11, {1, 1}, value);
+  for (const Layout& layout : reference::all_layouts()) {
+    const Cells cells{layout.cells_x, layout.cells_y};
+    const FunctionSource source = in_pixels(19, 11, cells, value);
+    for (const char* spp : {"1", "2", "16", "32"}) {
+      const RenderResult expected = render(std::string("sobol-owen:spp=") + spp, plain, {}, 8);
+      const RenderResult result = render(std::string("cells:spp=") + spp, source, cells, 8);
+      for (int y = 0; y < 11; ++y)
+        for (int x = 0; x < 19; ++x) {
+          double sum = 0;
+          for (int v = 0; v < cells.y; ++v)
+            for (int u = 0; u < cells.x; ++u)
+              sum += result.colour[result.film.pixel(x * cells.x + u, y * cells.y + v)][0];
+          ASSERT_NEAR(sum / layout.pixel_cells(), expected.film.mean(expected.film.pixel(x, y))[0], 1e-6)
+              << layout.name << " " << spp;
+        }
+    }
+  }
+}
+
+TEST(Cells, WithOneCellItIsPlainAntialiasing) {
+  const HalfPlaneSource source = edge(21, 17, {1, 1});
+  for (const char* spp : {"1", "7", "16", "100"}) {
+    const RenderResult plain = render(std::string("sobol-owen:spp=") + spp, source, {}, 3);
+    const RenderResult result = render(std::string("cells:spp=") + spp, source, {}, 3);
+    for (size_t p = 0; p < plain.film.pixels(); ++p) {
+      EXPECT_EQ(result.film.count(p), plain.film.count(p));
+      ASSERT_NEAR(result.colour[p][0], plain.film.mean(p)[0], 1e-14) << spp;
+    }
+  }
+}
+
+// Light that is the number of the stratum: whatever the random numbers, a cell is the mean of the strata in it, those
+// on its border by the part that is inside.
+TEST(Cells, StrataAreSharedByWhatTheyCover) {
+  struct Case {
+    const char* strategy;
+    Cells cells;
+    int across, down;  // strata
+  };
+  for (const Case& c :
+       {Case{"cells:spp=16", {3, 1}, 16, 1}, Case{"cells:spp=16", {1, 3}, 1, 16}, Case{"cells:spp=16", {4, 1}, 16, 1},
+        Case{"cells:spp=16", {2, 2}, 4, 4}, Case{"cells:spp=64", {6, 6}, 8, 8}, Case{"cells:spp=16", {6, 6}, 4, 4},
+        Case{"cells:spp=32", {4, 2}, 8, 4}, Case{"cells:spp=9,points=jitter", {2, 2}, 3, 3},
+        Case{"cells:spp=16,points=jitter", {3, 1}, 4, 4}}) {
+    const auto value = [&](double x, double y) {
+      return std::floor(c.across * (x - std::floor(x))) + 100 * std::floor(c.down * (y - std::floor(y)));
+    };
+    const RenderResult result = render(c.strategy, in_pixels(3, 2, c.cells, value), c.cells);
+    // By brute force, in pieces that fit both.
+    const auto mean = [](int cell, int cells, int strata) {
+      double sum = 0;
+      for (int piece = 0; piece < strata; ++piece) sum += (cell * strata + piece) / cells;
+      return sum / strata;
+    };
+    for (int y = 0; y < 2 * c.cells.y; ++y)
+      for (int x = 0; x < 3 * c.cells.x; ++x)
+        ASSERT_NEAR(result.colour[result.film.pixel(x, y)][0],
+                    mean(x % c.cells.x, c.cells.x, c.across) + 100 * mean(y % c.cells.y, c.cells.y, c.down), 1e-9)
+            << c.strategy << " " << c.cells.x << "x" << c.cells.y << " at " << x << "," << y;
+  }
+}
+
+TEST(Cells, RandomPointsStandForTheirOwnCell) {
+  const auto value = [](double x, double) { return std::floor(3 * (x - std::floor(x))); };
+  const RenderResult result = render("cells:spp=64,points=random", in_pixels(20, 20, {3, 1}, value), {3, 1});
+  for (int y = 0; y < 20; ++y)
+    for (int x = 0; x < 60; ++x) {
+      const size_t p = result.film.pixel(x, y);
+      ASSERT_GT(result.film.count(p), 0u);
+      ASSERT_EQ(result.colour[p][0], x % 3);
+    }
+}
+
+TEST(Cells, EmptyCellsTakeTheNearestOnes) {
+  // Four samples in 36 cells: 89% have none. Light that grows by 1 from cell to cell stays near the truth, and is not
+  // shifted: on the torus of a pixel no direction is preferred.
+  const FunctionSource source(60 * 6, 40 * 6, [](const SampleRequest& r) { return grey(std::floor(r.x)); });
+  const RenderResult result = render("cells:spp=4,points=random", source, {6, 6});
+  double shift = 0, squares = 0;
+  int cells = 0;
+  for (int y = 12; y < 38 * 6; ++y)
+    for (int x = 12; x < 58 * 6; ++x, ++cells) {
+      const double error = result.colour[result.film.pixel(x, y)][0] - x;
+      ASSERT_LE(std::abs(error), 12);
+      shift += error;
+      squares += error * error;
+    }
+  EXPECT_NEAR(shift / cells, 0, .02);
+  EXPECT_LT(std::sqrt(squares / cells), 2);
+}
+
+TEST(Cells, ErrorsOnAnEdgeFallWithTheSamples) {
+  const Cells cells{3, 1};
+  const HalfPlaneSource source = edge(60, 60, cells);
+  const auto error = [&](const std::string& points, int spp) {
+    return rmse(render("cells:points=" + points + ",spp=" + std::to_string(spp), source, cells), source);
+  };
+  // Independent points: N^-1/2. Boxes: N^-3/4 along edges that lie at random in them.
+  const double random = error("random", 64) / error("random", 1024);
+  EXPECT_NEAR(random, 4, .5);
+  for (const char* points : {"sobol", "jitter"}) {
+    EXPECT_GT(error(points, 64) / error(points, 1024), 6) << points;
+    EXPECT_LT(error(points, 64), .6 * error("random", 64)) << points;
+  }
+}
+
+TEST(Cells, InvalidSamplesPoisonNobody) {
+  const Cells cells{3, 1};
+  const auto value = [](const SampleRequest& r) { return grey(r.y < 3 ? .25 : .5); };
+  const FunctionSource whole(45, 9, value), holes(45, 9, [&](const SampleRequest&r) {
+    Sample sample = value(r);
+    sample.valid = !(r.x >= 12 && r.x < 15 && r.y >= 4 && r.y < 5) && !(r.x >= 30 && r.x < 31);
+    if (r.y < 1) sample.rgb[2] = NAN;
+    return sample;
+  });
+  for (const char* text : {"cells", "cells:spp=25,points=jitter", "cells:points=random"}) {
+    const RenderResult expected = render(text, whole, cells), result = render(text, holes, cells);
+    EXPECT_GT(result.dropped, expected.samples / 9);
+    EXPECT_EQ(result.dropped_x, 0);
+    EXPECT_EQ(result.dropped_y, 0);
+    for (int y = 0; y < 9; ++y)
+      for (int x = 0; x < 45; ++x) {
+        const size_t p = result.film.pixel(x, y);
+        // A lost cell takes what is about it, which has the same light.
+        for (size_t c = 0; c < 3; ++c) ASSERT_NEAR(result.colour[p][c], expected.colour[p][c], 1e-14);
+      }
+  }
+  const FunctionSource nothing(12, 4, [](const SampleRequest&) {
+    Sample sample;
+    sample.valid = false;
+    return sample;
+  });
+  for (const Colour& colour : render("cells", nothing, cells).colour) EXPECT_EQ(colour, Colour{});
+}
+
+TEST(Cells, SameBitsForAnyThreadsAndTiles) {
+  const FunctionSource source(45, 34, [](const SampleRequest& r) {
+    const SampleRandom random(r.pixel_x, r.pixel_y, r.index, r.seed);
+    Sample sample;
+    for (uint32_t c = 0; c < 3; ++c) sample.rgb[c] = std::exp(20 * random.uniform(20 + c));
+    sample.valid = random.uniform(63) < .9f;
+    return sample;
+  });
+  for (const char* text : {"cells:spp=24", "cells:spp=36,points=jitter", "cells:spp=3,points=random"}) {
+    std::optional<RenderResult> first;
+    for (const int threads : {1, 2, 7})
+      for (const int tile : {1, 5, 32, 1000}) {
+        set_thread_limit(threads);
+        RenderOptions options;
+        options.tile_px = tile;
+        options.cells = {3, 2};
+        options.planes.error = true;
+        RenderResult result = make_strategy(text, "")->render(source, options);
+        set_thread_limit(0);
+        if (!first) {
+          first = std::move(result);
+          continue;
+        }
+        ASSERT_EQ(result.colour, first->colour) << text << ", " << threads << " threads, tiles of " << tile;
+        ASSERT_EQ(result.dropped, first->dropped);
+        ASSERT_EQ(result.passes.back().rmse, first->passes.back().rmse);
+      }
+  }
+}
+
+TEST(Cells, EstimatesTheErrorOfDisplayPixels) {
+  // Noise of variance 1/12 in each sample: sd of the mean of 64 .0361; of the estimate over 3 x 1200 values 1.2%.
+  const auto source = test::noise(120, 30, .5, 1);
+  RenderOptions options;
+  options.cells = {3, 1};
+  options.planes.error = true;
+  const double expected = std::sqrt(1. / 12 / 64);
+  EXPECT_NEAR(make_strategy("cells:spp=64", "")->render(source, options).passes.back().rmse, expected,
+              .05 * expected);
+  options.until_rmse = 1.02 * expected;
+  const RenderResult until = make_strategy("cells:spp=4096", "")->render(source, options);
+  EXPECT_TRUE(until.reached);
+  EXPECT_LE(until.samples, 128u * 1200);
+  EXPECT_GE(until.samples, 64u * 1200);
+}
+
+TEST(Cells, AnEndedRenderIsWhole) {
+  const RampSource flat(96, 64, {.5f, .5f, .5f}, kBlack, kBlack);
+  RenderOptions options;
+  options.cells = {3, 1};
+  std::atomic<int> done = 0;
+  options.progress = [&](double share) { done = static_cast<int>(share * 1000); };
+  options.stop = [&] { return done > 100; };
+  const RenderResult result = make_strategy("cells:spp=1024", "")->render(flat, options);
+  EXPECT_FALSE(result.complete);
+  EXPECT_LT(result.samples, 1024u * 32 * 64);
+  for (const Colour& colour : result.colour)
+    for (const double value : colour) ASSERT_NEAR(value, .5, 1e-14);
+}
+
+TEST(Cells, RefusesWhatDoesNotFit) {
+  const RampSource flat(100, 10, kWhite, kBlack, kBlack);
+  EXPECT_THAT(refusal([&] { render("cells", flat, {3, 1}); }), HasSubstr("100x10 has none of 3x1 cells"));
+  EXPECT_THAT(refusal([&] { render("cells", flat, {1, 3}); }), HasSubstr("100x10 has none of 1x3 cells"));
+  EXPECT_THAT(refusal([] { make_strategy("cells:spp=15,points=jitter", "--strategy"); }),
+              HasSubstr("spp=15 is no square number; 16 would do"));
+}
