@@ -9,6 +9,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -42,6 +43,15 @@ struct SourceAbilities {
   bool deterministic = false;   // rgb depends on x, y and footprint_px only, not on the random key
 };
 
+// A separable filter f(x) f(y) / (integral of f)^2 that is the same both ways, as closed forms need it. Lengths in
+// pixels of the film.
+struct SeparableFilter {
+  double gaussian_sigma_px = 0;  // above 0: exp(-x^2 / 2 sigma^2) without end, and the others do not matter
+  double radius_px = 0;          // f is 0 beyond
+  // The integral of f up to t, divided by that over all: 0 at -radius_px, 1 at radius_px.
+  std::function<double(double t)> cumulative{};
+};
+
 // One kind of work and how often it was done, for reports: {"camera rays", 90000}.
 struct WorkCount {
   std::string kind;
@@ -69,11 +79,18 @@ class Source {
   // nothing if abilities().exact_integral is false.
   virtual std::optional<std::array<double, 3>> integral(double x0, double y0, double x1, double y1) const;
 
+  // The mean of rgb weighted by the filter centred on (x, y), to double precision; nothing where no closed form is
+  // known for it. (The box of half a pixel's radius is integral()'s.)
+  virtual std::optional<std::array<double, 3>> filtered(double x, double y, const SeparableFilter& filter) const;
+
   // What was done since the source was made, in a fixed order, kinds that were never needed included with 0.
   virtual std::vector<WorkCount> work() const { return {}; }
 };
 
 inline std::optional<std::array<double, 3>> Source::integral(double, double, double, double) const { return {}; }
+inline std::optional<std::array<double, 3>> Source::filtered(double, double, const SeparableFilter&) const {
+  return {};
+}
 
 // Counts what is asked of another source, so that no strategy can misreport its cost. The other source must
 // outlive it.
@@ -90,6 +107,9 @@ class CountingSource final : public Source {
   }
   std::optional<std::array<double, 3>> integral(double x0, double y0, double x1, double y1) const override {
     return source_.integral(x0, y0, x1, y1);
+  }
+  std::optional<std::array<double, 3>> filtered(double x, double y, const SeparableFilter& filter) const override {
+    return source_.filtered(x, y, filter);
   }
   std::vector<WorkCount> work() const override { return source_.work(); }
 

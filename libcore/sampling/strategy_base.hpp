@@ -2,12 +2,9 @@
 // What all strategies have in common: their parameters, and the list that they are found in.
 #pragma once
 
-#include <map>
-#include <triad/sampling/strategy.hpp>
+#include <triad/sampling/named_params.hpp>
 
 namespace triad {
-
-using StrategyValues = std::map<std::string, double>;  // one for each parameter, in range
 
 class StrategyBase : public Strategy {
  public:
@@ -49,5 +46,6 @@ const StrategyEntry& variance_strategy();
 const StrategyEntry& per_subpixel_strategy();
 const StrategyEntry& random_subpixel_strategy();
 const StrategyEntry& cells_strategy();
+const StrategyEntry& exact_strategy();
 
 }  // namespace triad
