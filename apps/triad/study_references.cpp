@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
-#include <triad/base/parallel.hpp>
 #include <triad/base/random.hpp>
 #include <triad/pipeline/picture_source.hpp>
 
@@ -22,31 +21,6 @@ using Json = nlohmann::ordered_json;
 
 // No seed that a plan counts up to: the samples of a reference shall not be those that it judges.
 constexpr uint64_t kReferenceSeed = 0x7265666572656e63;  // "referenc"
-
-Image exact_means(const StudySource& wanted, const Source& source, const std::string& where) {
-  if (!source.abilities().exact_integral)
-    throw_input(where + ": '" + wanted.name +
-                "' has no exact integral; let the reference be a strategy, as in sobol-owen:spp=1024");
-  Image image;
-  image.spec.width = source.width();
-  image.spec.height = source.height();
-  image.spec.channels = {"R", "G", "B"};
-  image.spec.colour_channels = 3;
-  image.spec.cells = wanted.cells;
-  image.spec.pixel_aspect = static_cast<double>(wanted.cells.y) / wanted.cells.x;
-  image.spec.colour_space = "lin_rec709";
-  image.pixels.resize(image.row_floats() * static_cast<size_t>(image.spec.height));
-  parallel_for(image.spec.height, [&](int64_t y) {
-    check_cancel();
-    const auto top = static_cast<double>(y);
-    float* out = image.row(static_cast<int>(y));
-    for (int x = 0; x < image.spec.width; ++x) {
-      const auto mean = source.integral(x, top, x + 1, top + 1);
-      for (size_t c = 0; c < 3; ++c) *out++ = static_cast<float>(mean.value()[c]);
-    }
-  });
-  return image;
-}
 
 // A name for people, and a hash, as different keys may look alike in it.
 std::string file_name(const std::string& key) {
@@ -126,7 +100,6 @@ StudyReference StudyReferences::load(const std::string& path, const StudySource&
 
 StudyReference StudyReferences::draw(const StudySource& wanted, const Source& source, const std::string& text,
                                      const std::string& where) const {
-  if (text == "exact") return {{"", std::make_shared<const Image>(exact_means(wanted, source, where))}, 0};
   const auto strategy = make_strategy(text, where);
   RenderOptions options;
   options.seed = kReferenceSeed;

@@ -20,9 +20,9 @@ class StudyReferences {
   // `folder`: where they are kept as EXR, with what they are of as JSON beside, and found again; "" nowhere.
   StudyReferences(std::string folder, const ColourConfig& colours) : folder_(std::move(folder)), colours_(colours) {}
 
-  // The picture of `source`, which was made as `wanted` says. `text`: "exact" (the mean over each of the film's
-  // pixels), a strategy, or a picture's file. Throws Error(kInput), `where` first: no exact integral, a file that is
-  // not there or of another size. Ctrl-C ends it with Error(kCancelled).
+  // The picture of `source`, which was made as `wanted` says. `text`: a strategy, or a picture's file. Throws
+  // Error(kInput), `where` first: a file that is not there or of another size; and what the strategy throws. Ctrl-C
+  // ends it with Error(kCancelled).
   const StudyReference& get(const StudySource& wanted, const Source& source, const std::string& text,
                             const std::string& where);
   // The means of the pixels' cells.

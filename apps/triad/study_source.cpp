@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
+#include <triad/sampling/functions.hpp>
 #include <triad/sampling/strokes.hpp>
 
 #include "bundled_scenes.hpp"
@@ -32,9 +33,13 @@ std::string StudySource::key() const {
 }
 
 std::unique_ptr<Source> make_study_source(const StudySource& source, const std::string& where) {
-  std::vector<std::string> names = stroke_picture_names();
-  if (std::find(names.begin(), names.end(), source.name) != names.end())
+  const auto& strokes = stroke_picture_names();
+  if (std::find(strokes.begin(), strokes.end(), source.name) != strokes.end())
     return make_strokes(source.name, source.size.width, source.size.height, source.cells, source.seed);
+  std::vector<std::string> names;
+  for (const FunctionInfo* function : function_list()) names.push_back(function->name);
+  if (std::find(names.begin(), names.end(), source.name.substr(0, source.name.find(':'))) != names.end())
+    return make_function(source.name, source.size.width, source.size.height, source.cells, where);
   for (const BundledScene& scene : bundled_scenes()) names.push_back(scene.name);
   if (source.name.find('.') == std::string::npos && std::find(names.begin(), names.end(), source.name) == names.end())
     throw_input(where + ": no picture is called '" + source.name + "'" + did_you_mean(source.name, names) +

@@ -8,6 +8,7 @@
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
 #include <triad/display/layout.hpp>
+#include <triad/pipeline/picture_source.hpp>
 
 #include "study_references.hpp"
 
@@ -93,10 +94,14 @@ class StrategyWork final : public StudyWork {
     job.reference = filled(values.text("reference"));
     job.second = filled(values.text_or("second", "control"));
     if (job.second == "none") job.second.clear();
-    for (const std::string& text : {job.reference, job.second})
-      if (!text.empty() && text != "exact" && !StudyReferences::is_file(text)) make_strategy(text, values.where());
+    for (const std::string& text : {job.reference, job.second}) {
+      if (StudyReferences::is_file(text))
+        open_file_source(text, {}, colours_);
+      else if (!text.empty())
+        make_strategy(text, values.where());
+    }
     job.source = &find_source(job.wanted);
-    if (job.reference == "exact" && !job.source->abilities().exact_integral)
+    if (job.reference.starts_with("exact") && !job.source->abilities().exact_integral)
       throw_input(values.where() + ": '" + job.wanted.name +
                   "' has no exact integral; let the reference be a strategy, as in sobol-owen:spp=1024");
     require_film_memory(job.source->width(), job.source->height(), {});
