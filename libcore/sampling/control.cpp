@@ -4,10 +4,13 @@
 namespace triad {
 namespace {
 
-const StrategyInfo kInfo{"control",
-                         "One sample at the centre of each pixel",
-                         "The picture without antialiasing, which the others are measured against.",
-                         {}};
+const StrategyInfo kInfo{
+    "control",
+    "One sample at the centre of each pixel",
+    "The picture without antialiasing, which the others are measured against. With more spp, all "
+    "of them at the centre, the noise of lamps and lenses is averaged away, and edges stay as "
+    "jagged as they are.",
+    {{"spp", "samples at the centre", 1, 1 << 24, 1}}};
 
 class Control final : public PointStrategy {
  public:
@@ -15,7 +18,8 @@ class Control final : public PointStrategy {
   bool estimates_error() const override { return false; }
 
  protected:
-  uint32_t samples_per_pixel() const override { return 1; }
+  uint32_t samples_per_pixel() const override { return whole("spp"); }
+  float footprint_px() const override { return 1; }  // of the pixel, however often
   void place(std::span<SampleRequest> requests) const override {
     for (SampleRequest& request : requests) {
       request.x = request.pixel_x + .5;

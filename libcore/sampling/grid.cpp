@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <triad/sampling/pixel_points.hpp>
 #include <triad/sampling/point_strategy.hpp>
 #include <vector>
 
@@ -15,34 +16,22 @@ const StrategyInfo kInfo{
 class Grid final : public PointStrategy {
  public:
   explicit Grid(const StrategyValues& values)
-      : PointStrategy(kInfo, values), n_(static_cast<uint32_t>(values.at("n"))), places_(places_for(n_)) {}
+      : PointStrategy(kInfo, values), n_(static_cast<uint32_t>(values.at("n"))), cells_(scattered_cells(n_, n_)) {}
   bool estimates_error() const override { return false; }
 
  protected:
   uint32_t samples_per_pixel() const override { return n_ * n_; }
   void place(std::span<SampleRequest> requests) const override {
     for (SampleRequest& request : requests) {
-      const Place& place = places_[request.index];
-      request.x = request.pixel_x + place.x;
-      request.y = request.pixel_y + place.y;
+      const uint32_t cell = cells_[request.index];
+      request.x = request.pixel_x + (cell % n_ + .5) / n_;
+      request.y = request.pixel_y + (cell / n_ + .5) / n_;
     }
   }
 
  private:
-  struct Place {
-    double x, y;
-  };
-  static std::vector<Place> places_for(uint32_t n) {
-    const uint64_t cells = uint64_t{n} * n;
-    const uint64_t stride = spread_stride(cells);
-    std::vector<Place> places(cells);
-    for (uint64_t index = 0, cell = 0; index < cells; ++index, cell = (cell + stride) % cells)
-      places[index] = {(static_cast<double>(cell % n) + .5) / n, (static_cast<double>(cell / n) + .5) / n};
-    return places;
-  }
-
   uint32_t n_;
-  std::vector<Place> places_;
+  std::vector<uint32_t> cells_;  // by index, so that a render that is ended early has samples all over the pixel
 };
 
 }  // namespace

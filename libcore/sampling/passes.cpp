@@ -10,13 +10,17 @@ namespace triad {
 namespace {
 
 constexpr size_t kBatch = 256;          // samples asked for at once: 34 kB, and .25 ms at 1 us each
+constexpr uint32_t kSecondPass = 16;    // samples per pixel after the second of all passes
 constexpr double kFewestForError = 16;  // samples per pixel before an estimated error is believed
 
 }  // namespace
 
 Passes::Passes(const Strategy& strategy, const Source& source, const RenderOptions& options, float footprint_px,
-               Place place)
-    : taker_(strategy, source, options), footprint_px_(footprint_px), place_(std::move(place)) {}
+               Place place, SampleTaker::Weigh weigh)
+    : taker_(strategy, source, options),
+      footprint_px_(footprint_px),
+      place_(std::move(place)),
+      weigh_(std::move(weigh)) {}
 
 Passes::Queue::Queue(Passes& passes) : passes_(passes), requests_(kBatch), samples_(kBatch) {}
 
@@ -32,7 +36,7 @@ bool Passes::Queue::flush() {
   const std::span<SampleRequest> asked(requests_.data(), size_);
   passes_.place_(asked);
   size_ = 0;
-  return passes_.taker_.add(asked, std::span(samples_).first(asked.size()));
+  return passes_.taker_.add(asked, std::span(samples_).first(asked.size()), passes_.weigh_);
 }
 
 bool Passes::run(int64_t groups, const std::function<void(int64_t, Queue&)>& fill, bool estimate) {
@@ -69,6 +73,12 @@ bool Passes::run_all(uint32_t first, uint32_t past, bool estimate) {
             if (!queue.add(x, y, first, past)) return;
       },
       estimate);
+}
+
+void Passes::run_all_in_turn(uint32_t spp) {
+  const auto next = [spp](uint32_t last) { return std::min(spp, std::max(last * 2, kSecondPass)); };
+  for (uint32_t first = 0, last = 1; first < spp; first = last, last = next(last))
+    if (!run_all(first, last)) return;
 }
 
 }  // namespace triad

@@ -13,10 +13,12 @@ class Passes {
   // Sets x and y of requests that say all else and share a seed: point number `index` of its pixel. Pure, any thread.
   using Place = std::function<void(std::span<SampleRequest>)>;
 
+  // `weigh`, if there is one, changes the colours of samples before they are summed; those of one pixel are given to
+  // it in the order of their indices, by one thread at a time.
   // The film has halves wherever `strategy` estimates its error and options ask for it in one way or another. All
   // must outlive this. Throws Error(kUsage) for options.until_rmse if the strategy does not estimate its error.
   Passes(const Strategy& strategy, const Source& source, const RenderOptions& options, float footprint_px,
-         Place place);
+         Place place, SampleTaker::Weigh weigh = {});
 
   // Requests of one thread, asked whenever there are enough of them.
   class Queue {
@@ -42,6 +44,10 @@ class Passes {
   // Each pixel's samples first .. past - 1, in tiles.
   bool run_all(uint32_t first, uint32_t past, bool estimate = true);
 
+  // All passes of spp samples in each pixel: to 1 of each, 16, 32, 64 and so on, so that there is soon something to
+  // see, and no pass is so small that walking through the film costs more than its samples.
+  void run_all_in_turn(uint32_t spp);
+
   const Film& film() const { return taker_.film(); }
   uint64_t samples() const { return taker_.samples(); }
   // As SampleTaker's.
@@ -53,6 +59,7 @@ class Passes {
   SampleTaker taker_;
   const float footprint_px_;
   const Place place_;
+  const SampleTaker::Weigh weigh_;
 };
 
 }  // namespace triad

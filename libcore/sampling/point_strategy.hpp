@@ -6,9 +6,8 @@
 
 namespace triad {
 
-// Renders in passes over the whole picture, to 1 sample of each pixel, 16, 32, 64 and so on: soon there is something
-// to see, and no pass is so small that walking through the film costs more than its samples. A pixel's samples are
-// summed by ascending index, by one thread at a time.
+// Renders as Passes::run_all_in_turn() does. A pixel's samples are summed by ascending index, by one thread at a
+// time.
 class PointStrategy : public StrategyBase {
  public:
   using StrategyBase::StrategyBase;
@@ -17,6 +16,7 @@ class PointStrategy : public StrategyBase {
 
  protected:
   virtual uint32_t samples_per_pixel() const = 0;
+  virtual float footprint_px() const;  // a pixel's share, unless a strategy says otherwise
   // Sets x and y of requests that say all else: point number `index` of its pixel. They share a seed, and where
   // neighbours are of one pixel, their indices count up by one. Pure, any thread.
   virtual void place(std::span<SampleRequest> requests) const = 0;

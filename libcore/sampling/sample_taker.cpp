@@ -19,11 +19,11 @@ FilmPlanes planes_for(const Strategy& strategy, const RenderOptions& options) {
   return planes;
 }
 
+}  // namespace
+
 bool usable(const Sample& sample) {
   return sample.valid && std::isfinite(sample.rgb[0]) && std::isfinite(sample.rgb[1]) && std::isfinite(sample.rgb[2]);
 }
-
-}  // namespace
 
 SampleTaker::SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options)
     : source_(source),
@@ -85,9 +85,10 @@ bool SampleTaker::take(std::span<const SampleRequest> requests, std::span<Sample
   return true;
 }
 
-bool SampleTaker::add(std::span<const SampleRequest> requests, std::span<Sample> samples) {
+bool SampleTaker::add(std::span<const SampleRequest> requests, std::span<Sample> samples, const Weigh& weigh) {
   if (stop()) return false;
   source_.eval(requests, samples);
+  if (weigh) weigh(requests, samples);
   for (const size_t left_out : film().add(requests, samples)) drop(requests[left_out]);
   tell_progress();
   return true;

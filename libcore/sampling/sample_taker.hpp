@@ -5,10 +5,14 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <mutex>
 #include <triad/sampling/strategy.hpp>
 
 namespace triad {
+
+// Whether it is valid, and its colour finite: if not, it is left out of all sums.
+bool usable(const Sample& sample);
 
 // ask(), take() and add() may be called from several threads, as said there; all else from the one that renders.
 class SampleTaker {
@@ -25,9 +29,10 @@ class SampleTaker {
   // For requests of pixels outside, and with `keep` false for all, nothing is added to the film, but they count.
   bool take(std::span<const SampleRequest> requests, std::span<Sample> samples, bool keep = true);
 
-  // The same for samples inside the film that all are to be added, faster: what cannot be used is left out and counted,
-  // and only the film knows.
-  bool add(std::span<const SampleRequest> requests, std::span<Sample> samples);
+  // The same for samples inside the film that all are to be added, faster: what cannot be used is left out and
+  // counted, and only the film knows. `weigh` may change their colours before that.
+  using Weigh = std::function<void(std::span<const SampleRequest>, std::span<Sample>)>;
+  bool add(std::span<const SampleRequest> requests, std::span<Sample> samples, const Weigh& weigh = {});
 
   // What was taken since the last one was a pass.
   PassRecord& end_pass();

@@ -7,10 +7,21 @@ namespace triad {
 namespace {
 
 const std::vector<const StrategyEntry*>& entries() {
-  static const std::vector<const StrategyEntry*> list{
-      &control_strategy(),         &grid_strategy(),  &sobol_owen_strategy(), &per_subpixel_strategy(),
-      &random_subpixel_strategy(), &cells_strategy(), &quad_strategy(),       &tri_strategy(),
-      &variance_strategy(),        &exact_strategy()};
+  static const std::vector<const StrategyEntry*> list{&control_strategy(),
+                                                      &grid_strategy(),
+                                                      &random_strategy(),
+                                                      &jitter_strategy(),
+                                                      &sobol_owen_strategy(),
+                                                      &per_subpixel_strategy(),
+                                                      &random_subpixel_strategy(),
+                                                      &cells_strategy(),
+                                                      &uniform_strategy(),
+                                                      &splat_strategy(),
+                                                      &importance_strategy(),
+                                                      &quad_strategy(),
+                                                      &tri_strategy(),
+                                                      &variance_strategy(),
+                                                      &exact_strategy()};
   return list;
 }
 

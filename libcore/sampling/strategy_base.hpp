@@ -39,9 +39,14 @@ StrategyEntry strategy_entry(const StrategyInfo& info) {
 
 const StrategyEntry& control_strategy();
 const StrategyEntry& grid_strategy();
+const StrategyEntry& random_strategy();
+const StrategyEntry& jitter_strategy();
 const StrategyEntry& sobol_owen_strategy();
 const StrategyEntry& quad_strategy();
 const StrategyEntry& tri_strategy();
+const StrategyEntry& uniform_strategy();
+const StrategyEntry& splat_strategy();
+const StrategyEntry& importance_strategy();
 const StrategyEntry& variance_strategy();
 const StrategyEntry& per_subpixel_strategy();
 const StrategyEntry& random_subpixel_strategy();

@@ -51,6 +51,13 @@ TEST(Strategy, SamplesAConstantAsOftenAsItSays) {
                                    {"grid:n=1", 1},
                                    {"grid", 4},
                                    {"grid:n=5", 25},
+                                   {"control:spp=3", 3},
+                                   {"random", 16},
+                                   {"random:spp=7", 7},
+                                   {"jitter", 16},
+                                   {"jitter:n=3", 9},
+                                   {"importance:spp=5", 5},
+                                   {"importance:filter=box2,points=jitter", 16},
                                    {"sobol-owen", 16},
                                    {"sobol-owen:spp=1", 1},
                                    {"sobol-owen:spp=13", 13}}) {
@@ -107,7 +114,7 @@ TEST(Strategy, SamplesStayInTheirPixelAndCarryItsKey) {
   });
   RenderOptions options;
   options.seed = 99;
-  for (const char* text : {"control", "grid:n=3", "sobol-owen:spp=11"}) {
+  for (const char* text : {"control", "grid:n=3", "random:spp=9", "jitter:n=3", "sobol-owen:spp=11"}) {
     const RenderResult result = render(text, source, options);
     EXPECT_EQ(result.film.mean(result.film.pixel(4, 3))[0], 34) << text;
     EXPECT_EQ(result.film.mean(result.film.pixel(0, 2))[1], 20) << text;
@@ -131,7 +138,10 @@ TEST(Strategy, SameBitsForAnyThreadsAndTiles) {
   });
   RenderOptions options;
   options.planes = all_planes();
-  for (const char* text : {"control", "grid:n=3", "sobol-owen:spp=24"}) {
+  for (const char* text :
+       {"control", "grid:n=3", "random:spp=24", "jitter:n=5", "sobol-owen:spp=24", "uniform:filter=lanczos2,spp=24",
+        "uniform:divide=integral,points=random", "splat:spp=24", "splat:filter=lanczos3,points=jitter,spp=3",
+        "splat:filter=box2,scale=2.5,points=random,spp=18", "importance:filter=mitchell,spp=24"}) {
     std::vector<float> first;
     uint64_t dropped = 0;
     for (const int threads : {1, 2, 7})
@@ -139,7 +149,7 @@ TEST(Strategy, SameBitsForAnyThreadsAndTiles) {
         set_thread_limit(threads);
         options.tile_px = tile;
         const RenderResult result = render(text, source, options);
-        const Image image = result.film.image();
+        const Image image = result.image();
         if (first.empty()) first = image.pixels, dropped = result.dropped;
         ASSERT_EQ(std::memcmp(first.data(), image.pixels.data(), first.size() * sizeof(float)), 0)
             << text << ", " << threads << " threads, tile " << tile;
@@ -226,9 +236,9 @@ TEST(Strategy, ErrorsOfTheSourceComeThrough) {
 
 TEST(Strategy, NamesWhatIsWrongWithItsText) {
   EXPECT_THAT(refusal("gird:n=2"), HasSubstr("--strategy: there is no strategy 'gird' (did you mean 'grid'?)"));
-  EXPECT_THAT(refusal(""), HasSubstr("there are control, grid, sobol-owen"));
+  EXPECT_THAT(refusal(""), HasSubstr("there are control, grid, random, jitter, sobol-owen"));
   EXPECT_THAT(refusal("grid:m=2"), HasSubstr("no parameter 'm'"));
-  EXPECT_THAT(refusal("control:n=2"), HasSubstr("it has none"));
+  EXPECT_THAT(refusal("control:n=2"), HasSubstr("it has spp"));
   EXPECT_THAT(refusal("grid:n"), HasSubstr("'n' is not key=value"));
   EXPECT_THAT(refusal("grid:"), HasSubstr("is not key=value"));
   EXPECT_THAT(refusal("grid:n=2,n=3"), HasSubstr("given twice"));
@@ -236,7 +246,7 @@ TEST(Strategy, NamesWhatIsWrongWithItsText) {
     EXPECT_THAT(refusal(std::string("grid:n=") + value), HasSubstr("a whole number, 1 to 1024")) << value;
   EXPECT_EQ(make_strategy("grid:n=1024", "")->text(), "grid:n=1024");
   EXPECT_EQ(make_strategy("sobol-owen", "")->text(), "sobol-owen:spp=16");
-  EXPECT_EQ(make_strategy("control", "")->text(), "control");
+  EXPECT_EQ(make_strategy("control", "")->text(), "control:spp=1");
   for (const StrategyInfo* info : strategy_list()) {
     EXPECT_EQ(make_strategy(info->name, "")->info().name, info->name);
     for (const StrategyParam& param : info->params)

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Points in a pixel, spp of them, and how they lie: for strategies that leave this to the user.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <triad/sampling/strategy.hpp>
+#include <vector>
+
+namespace triad {
+
+// The cells of a grid of nx by ny, row by row from 0, in an order in which any first part of them lies all over the
+// grid: with a stride near the golden section of their number, and prime to it.
+std::vector<uint32_t> scattered_cells(uint32_t nx, uint32_t ny);
+
+// Immutable; any thread may place.
+class PixelPoints {
+ public:
+  enum class Kind {
+    kSobol,   // scrambled Sobol points, as sobol-owen has them
+    kRandom,  // independent, uniform in the pixel
+    kJitter,  // one, uniform, in each cell of a grid of nx by ny = spp cells, as near to a square as spp allows
+  };
+  // The parameter that chooses: points=sobol, random or jitter.
+  static StrategyParam param();
+
+  PixelPoints(Kind kind, uint32_t spp);
+
+  uint32_t samples_per_pixel() const { return spp_; }
+  // Sets x and y of requests that say all else, index below spp, to points of [pixel_x, pixel_x + 1) and
+  // [pixel_y, pixel_y + 1). They share a seed, and where neighbours are of one pixel, their indices count up by one.
+  void place(std::span<SampleRequest> requests) const;
+  // Whether the two halves of the points that Film::estimated_rmse() compares are each spread like the whole.
+  bool halves_are_alike() const { return kind_ != Kind::kJitter; }
+
+ private:
+  Kind kind_;
+  uint32_t spp_, nx_ = 1, ny_ = 1;
+  std::vector<uint32_t> cells_;  // of jitter, by index
+};
+
+}  // namespace triad
