@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // triad study PLAN
 #include <iostream>
+#include <optional>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
 #include <triad/base/parallel.hpp>
-#include <triad/evaluation/study.hpp>
+#include <triad/evaluation/study_folder.hpp>
 
 #include "options.hpp"
 #include "study_work.hpp"
@@ -14,22 +15,44 @@ namespace triad::app {
 namespace {
 
 struct StudyOptions {
-  std::string plan, json;
-  int repeats = 0, threads = 0;
+  std::string plan, json, folder;
+  int repeats = 0, seeds = 0, threads = 0;
 };
 
 void study(const StudyOptions& options) {
   if (options.threads > 0) set_thread_limit(options.threads);
   StudyPlan plan = load_study(options.plan);
   if (options.repeats > 0) plan.repeats = options.repeats;
-  const auto work = make_study_work(plan);
+  if (options.seeds > 0) {
+    if (plan.given().contains("seed"))
+      throw_usage("--seeds runs every setting with several values of 'seed', which '" + plan.file + "' sets");
+    plan.seeds = options.seeds;
+  }
+  if (!options.json.empty()) check_text_file(options.json);
+  const auto work = make_study_work(plan, options.folder.empty() ? "" : StudyFolder::references(options.folder));
   const std::vector<StudySettings> settings = work->expand(study_settings(plan));
+  for (const StudySettings& one : settings) work->check(whole_settings(plan, one));
+
+  std::optional<StudyFolder> folder;
+  if (!options.folder.empty())
+    folder.emplace(options.folder, plan, settings,
+                   StudySettings{{"version", TRIAD_VERSION}, {"threads", std::to_string(thread_limit())}});
   Progress progress("study " + plan.name);
-  const auto records = run_study(
-      plan, settings, [&](const StudySettings& s) { return work->run(s); },
-      [&](double done) { progress.update(done); });
-  if (options.json != "-") std::cout << study_table(plan, records) << std::flush;
-  if (!options.json.empty()) write_text_file(options.json, study_to_json(plan, records));
+  StudyRunner runner;
+  runner.work = [&](const StudySettings& whole, const StudyTurn& turn) {
+    return work->run(whole, folder && turn.turn == 0 ? folder->picture(turn.setting) : "");
+  };
+  runner.warm_up = !work->is_warm();
+  runner.progress = [&](double done) { progress.update(done); };
+  if (folder) {
+    runner.known = [&](const StudyTurn& turn) { return folder->find(turn); };
+    runner.keep = [&](const StudyTurn& turn, const Measurements& measured) { folder->keep(turn, measured); };
+  }
+  const auto records = run_study(plan, settings, runner);
+  const std::string table = study_table(plan, records), json = study_to_json(plan, records);
+  if (folder) folder->finish(json, table);
+  if (options.json != "-") std::cout << table << std::flush;
+  if (!options.json.empty()) write_text_file(options.json, json);
 }
 
 }  // namespace
@@ -40,7 +63,14 @@ void setup_study(CLI::App& app) {
   verb->add_option("plan", options->plan, "A bundled plan's name, or a plan's TOML file")
       ->required()
       ->type_name("PLAN");
-  verb->add_option("--repeats", options->repeats, "Counted runs of each setting (default: the plan's)")
+  verb->add_option("-o,--output", options->folder,
+                   "A folder for every run, pictures and results; the same call goes on where one was ended")
+      ->type_name("DIR")
+      ->check(not_empty());
+  verb->add_option("--repeats", options->repeats, "Counted runs of each setting and seed (default: the plan's)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
+  verb->add_option("--seeds", options->seeds, "Seeds that each setting is run with (default: the plan's)")
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
   verb->add_option("--threads", options->threads, "Threads (default: all cores)")
@@ -48,9 +78,12 @@ void setup_study(CLI::App& app) {
       ->check(CLI::Range(1, 1024));
   verb->add_option("--json", options->json, "Write the results as JSON; - for standard output")->type_name("FILE");
   verb->footer(
-      "Examples:\n  triad study effects --repeats 3 --json effects.json\n  triad study filter\nNumbers are medians, "
-      "± "
-      "half the range between the quartiles; * marks settings that no other beats in all that the plan compares.");
+      "Examples:\n  triad study effects --repeats 3 --json effects.json\n  triad study filter\n"
+      "  triad study subpixel -o out/subpixel\n"
+      "Numbers are medians ± half the range between the quartiles; with several seeds, all but seconds are means ± "
+      "half "
+      "the width of the 95 % confidence interval. * marks settings that no other beats in all that the plan "
+      "compares.");
   verb->callback([options] { study(*options); });
 }
 

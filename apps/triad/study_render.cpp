@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Studies of renders: work = "render".
 #include <algorithm>
-#include <chrono>
 #include <map>
 
 #include "study_work.hpp"
@@ -13,9 +12,7 @@ namespace {
 class RenderWork final : public StudyWork {
  public:
   explicit RenderWork(const StudyPlan& plan) : plan_(plan) {
-    static const std::vector<std::string> kKnown{"scene", "size", "strategy", "spp", "effects", "seed", "camera"};
-    for (const auto& [name, value] : plan.fixed) check_setting(plan, name, kKnown, "a render");
-    for (const auto& axis : plan.axes) check_setting(plan, axis.name, kKnown, "a render");
+    check_settings(plan, {"scene", "size", "strategy", "spp", "effects", "seed", "camera"}, "a render");
   }
 
   // effects = "each" stands for a setting for none of the scene's effects, then one more for each of them, then
@@ -29,8 +26,7 @@ class RenderWork final : public StudyWork {
         expanded.push_back(settings);
         continue;
       }
-      StudySettings whole = settings;
-      whole.insert(whole.end(), plan_.fixed.begin(), plan_.fixed.end());
+      const StudySettings whole = whole_settings(plan_, settings);
       const auto scene = load({plan_.file, whole});
       const auto add = [&](const std::string& text) {
         StudySettings one = settings;
@@ -48,21 +44,16 @@ class RenderWork final : public StudyWork {
     return expanded;
   }
 
-  Measurements run(const StudySettings& settings) override {
+  Measurements run(const StudySettings& settings, const std::string&) override {
     const Job& job = prepare(settings);
+    RenderOptions options;
+    options.seed = job.seed;
     const auto before = job.source->work();
     const auto start = std::chrono::steady_clock::now();
-    const RenderResult result = render_whole(*job.strategy, *job.source, job.seed);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    Measurements measured{{"seconds", seconds}, {"samples", static_cast<double>(result.samples)}};
-    double rays = 0;
-    const auto after = job.source->work();
-    for (size_t i = 0; i < after.size(); ++i) {
-      const auto count = static_cast<double>(after[i].count - before[i].count);
-      measured.emplace_back(after[i].kind, count);
-      rays += count;
-    }
-    measured.emplace_back("all rays", rays);
+    const RenderResult result = render_whole(*job.strategy, *job.source, options);
+    Measurements measured{{"seconds", seconds_since(start)}, {"samples", static_cast<double>(result.samples)}};
+    const Measurements work = work_since(*job.source, before);
+    measured.insert(measured.end(), work.begin(), work.end());
     return measured;
   }
 

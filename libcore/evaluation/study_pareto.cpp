@@ -28,18 +28,18 @@ bool beats(const std::vector<double>& a, const std::vector<double>& b) {
 std::vector<bool> pareto_optimal(const StudyPlan& plan, const std::vector<StudyRecord>& records) {
   if (plan.pareto.empty()) return {};
   std::vector<std::vector<std::string>> groups;
-  std::vector<std::vector<double>> medians;
+  std::vector<std::vector<double>> shown;
   for (const StudyRecord& record : records) {
     groups.push_back(group_of(plan, record));
-    auto& values = medians.emplace_back();
-    for (const std::string& name : plan.pareto) values.push_back(record.median(name));
+    auto& values = shown.emplace_back();
+    for (const std::string& name : plan.pareto) values.push_back(record.shown(name));
   }
   std::vector<bool> best(records.size());
   for (size_t i = 0; i < records.size(); ++i) {
-    const bool number = std::none_of(medians[i].begin(), medians[i].end(), [](double v) { return std::isnan(v); });
+    const bool number = std::none_of(shown[i].begin(), shown[i].end(), [](double v) { return std::isnan(v); });
     bool beaten = false;
     for (size_t j = 0; j < records.size() && !beaten; ++j)
-      beaten = groups[j] == groups[i] && beats(medians[j], medians[i]);
+      beaten = groups[j] == groups[i] && beats(shown[j], shown[i]);
     best[i] = number && !beaten;
   }
   return best;

@@ -155,7 +155,7 @@ Outcome Cli::triad(const std::vector<std::string>& arguments, const Options& opt
     if (options.interrupt_when && !interrupted && options.interrupt_when()) {
       interrupted = true;
       interrupt_time = std::chrono::steady_clock::now();
-      kill(child, SIGINT);
+      kill(child, options.interrupt_signal);
     }
     if (seconds_since(start) > options.time_limit_s) {
       outcome.timed_out = true;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <csignal>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -22,7 +23,8 @@ struct Options {
   rlim_t file_bytes = RLIM_INFINITY;               // the largest file it can write
   rlim_t memory_bytes = RLIM_INFINITY;             // of address space
   bool as_nobody = false;                          // drops root's rights; needs nothing if there are none to drop
-  std::function<bool()> interrupt_when;            // polled every millisecond; SIGINT is sent once it is true
+  std::function<bool()> interrupt_when;            // polled every millisecond; the signal is sent once it is true
+  int interrupt_signal = SIGINT;
 };
 
 struct Outcome {

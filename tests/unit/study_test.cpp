@@ -49,14 +49,33 @@ TEST_F(Studies, ReadPlansAndCombineAxes) {
 
 TEST_F(Studies, RefuseWhatIsNoPlan) {
   for (const std::string& bad : std::vector<std::string>{
-           std::string("work = 'render'\n"), std::string("[[axis]]\nname='a'\nvalues=[1]\n"),
+           std::string("work = 'render'\n"),
+           std::string("[[axis]]\nname='a'\nvalues=[1]\n"),
            std::string("work=3\n[[axis]]\nname='a'\nvalues=[1]\n"),
            std::string("work='r'\nrepeats=0\n[[axis]]\nname='a'\nvalues=[1]\n"),
            std::string("work='r'\nfoo=1\n[[axis]]\nname='a'\nvalues=[1]\n"),
-           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[]\n"), std::string("work='r'\n[[axis]]\nvalues=[1]\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[]\n"),
+           std::string("work='r'\n[[axis]]\nvalues=[1]\n"),
            std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1]\nx=2\n"),
            std::string("work='r'\n[fixed]\na=1\n[[axis]]\nname='a'\nvalues=[1]\n"),
-           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[[1]]\n"), std::string("work='r'\naxis=3\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1,1]\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1]\n[[axis]]\nname='a'\nvalues=[{label='x',b=1}]\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1,{label='x',b=1}]\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[{b=1}]\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[{label='x'}]\n"),
+           std::string("work='r'\n[fixed]\nb=1\n[[axis]]\nname='a'\nvalues=[{label='x',b=1}]\n"),
+           std::string("work='r'\nseeds=0\n[[axis]]\nname='a'\nvalues=[1]\n"),
+           std::string("work='r'\nseeds=2\n[[axis]]\nname='seed'\nvalues=[1]\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1]\n[[faster]]\naxis='a'\nfirst='1'\nsecond='2'\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1]\n[[faster]]\naxis='a'\nfirst='1'\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1]\n[[equal]]\naxis='a'\nbase='1'\nalong='a'\n"
+                       "at='s'\ncompare='r'\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1]\n[[axis]]\nname='b'\nvalues=[1,2]\n[[published]]\n"
+                       "title='t'\nmeasure='m'\nrows='a'\ncolumns='b'\nbase='1'\nvalues={1=[3]}\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[1]\n[[axis]]\nname='b'\nvalues=[1]\n[[published]]\n"
+                       "title='t'\nmeasure='m'\nrows='a'\ncolumns='b'\nbase='1'\nvalues={1=[0]}\n"),
+           std::string("work='r'\n[[axis]]\nname='a'\nvalues=[[1]]\n"),
+           std::string("work='r'\naxis=3\n"),
            std::string("work='r'\npareto='s'\n[[axis]]\nname='a'\nvalues=[1]\n"),
            std::string("work='r'\nwithin=['a']\n[[axis]]\nname='a'\nvalues=[1]\n"),
            std::string("work='r'\npareto=['s']\nwithin=['b']\n[[axis]]\nname='a'\nvalues=[1]\n"),
@@ -75,13 +94,17 @@ TEST_F(Studies, RunInTurnsAndSummarise) {
   const StudyPlan plan = load_study(write(kPlan));
   std::vector<std::string> order;
   int calls = 0;
-  const auto records = run_study(plan, study_settings(plan), [&](const StudySettings& settings) {
+  StudyRunner runner;
+  runner.work = [&](const StudySettings& settings, const StudyTurn& turn) {
+    EXPECT_EQ(turn.setting, static_cast<size_t>(calls % 6));
+    EXPECT_EQ(turn.turn, calls / 6 - 1);
     EXPECT_EQ(settings.back(), (std::pair<std::string, std::string>{"spp", "4"}));
     order.push_back(settings[0].second + settings[1].second);
     // The first turn is not counted: 1000 must not show. Then 1, 2, 6 for every setting.
     static constexpr double kSeconds[] = {1000, 1, 2, 6};
     return Measurements{{"seconds", kSeconds[calls++ / 6]}, {"rays", 7}};
-  });
+  };
+  const auto records = run_study(plan, study_settings(plan), runner);
   EXPECT_EQ(order.size(), 24u);
   for (size_t i = 6; i < order.size(); ++i) EXPECT_EQ(order[i], order[i - 6]) << "in turns";
   ASSERT_EQ(records.size(), 6u);
@@ -101,12 +124,12 @@ TEST_F(Studies, RunInTurnsAndSummarise) {
 
 // One record with a single run.
 StudyRecord record(const StudySettings& settings, double seconds, double rmse) {
-  return {settings, {{"seconds", {seconds}}, {"rmse", {rmse}}}, {"seconds", "rmse"}};
+  return {settings, {{"seconds", {seconds}}, {"rmse", {rmse}}}, {"seconds", "rmse"}, 1};
 }
 
 StudyPlan plan_of(const std::vector<std::string>& axes, const std::vector<std::string>& within) {
   StudyPlan plan;
-  for (const std::string& axis : axes) plan.axes.push_back({axis, {"1"}});
+  for (const std::string& axis : axes) plan.axes.push_back({axis, {"1"}, {}});
   plan.pareto = {"seconds", "rmse"};
   plan.within = within;
   return plan;
@@ -154,10 +177,12 @@ TEST_F(Studies, ShowTheParetoOptimal) {
   const StudyPlan plan = load_study(
       write("title='T'\nwork='w'\nrepeats=1\nmeasure=['seconds']\npareto=['seconds','rmse']\nwithin=['g']\n"
             "[[axis]]\nname='g'\nvalues=[1]\n[[axis]]\nname='n'\nvalues=['a','b']\n"));
-  const auto records = run_study(plan, study_settings(plan), [](const StudySettings& settings) {
+  StudyRunner runner;
+  runner.work = [](const StudySettings& settings, const StudyTurn&) {
     const bool first = settings[1].second == "a";
     return Measurements{{"seconds", first ? 1. : 2.}, {"rmse", first ? 3. : 4.}};
-  });
+  };
+  const auto records = run_study(plan, study_settings(plan), runner);
   EXPECT_EQ(study_table(plan, records), "T\ng  n  seconds  best\n1  a        1     *\n1  b        2\n");
   const auto json = nlohmann::json::parse(study_to_json(plan, records));
   EXPECT_EQ(json.at("pareto").at("measures"), nlohmann::json({"seconds", "rmse"}));
@@ -169,11 +194,13 @@ TEST_F(Studies, ShowTheParetoOptimal) {
 TEST_F(Studies, RefuseToCompareWhatIsNotMeasuredBeforeAllIsRun) {
   const StudyPlan plan = load_study(write("work='w'\npareto=['second']\n[[axis]]\nname='n'\nvalues=['a','b']\n"));
   int runs = 0;
+  StudyRunner runner;
+  runner.work = [&](const StudySettings&, const StudyTurn&) {
+    ++runs;
+    return Measurements{{"seconds", 1}};
+  };
   try {
-    run_study(plan, study_settings(plan), [&](const StudySettings&) {
-      ++runs;
-      return Measurements{{"seconds", 1}};
-    });
+    run_study(plan, study_settings(plan), runner);
     ADD_FAILURE() << "accepted";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("'second'"), testing::HasSubstr("'seconds'")));

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study_references.hpp"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <triad/base/error.hpp>
+#include <triad/base/file.hpp>
+#include <triad/base/random.hpp>
+#include <triad/pipeline/picture_source.hpp>
+
+namespace fs = std::filesystem;
+
+namespace triad::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// No seed that a plan counts up to: the samples of a reference shall not be those that it judges.
+constexpr uint64_t kReferenceSeed = 0x7265666572656e63;  // "referenc"
+
+// A name for people, and a hash, as different keys may look alike in it.
+std::string file_name(const std::string& key) {
+  uint64_t hash = 0;
+  for (const char c : key) hash = mix_bits(hash ^ static_cast<unsigned char>(c)) + kGoldenIncrement;
+  constexpr size_t kShown = 40;
+  std::string name = key.substr(0, kShown);
+  for (char& c : name)
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '-';
+  return fmt::format("{}-{:016x}", name, hash);
+}
+
+}  // namespace
+
+Image colour_only(const Image& image) {
+  Image colour{image.spec, {}};
+  colour.spec.channels.resize(3);
+  colour.spec.alpha = -1;
+  const size_t pixels = static_cast<size_t>(image.spec.width) * static_cast<size_t>(image.spec.height);
+  const size_t channels = image.spec.channels.size();
+  colour.pixels.resize(pixels * 3);
+  for (size_t p = 0; p < pixels; ++p)
+    for (size_t c = 0; c < 3; ++c) colour.pixels[p * 3 + c] = image.pixels[p * channels + c];
+  return colour;
+}
+
+bool StudyReferences::is_file(const std::string& text) {
+  const std::string name = text.substr(0, text.find(':'));
+  return name.find('.') != std::string::npos || text.find('/') != std::string::npos;
+}
+
+const StudyReference& StudyReferences::get(const StudySource& wanted, const Source& source, const std::string& text,
+                                           const std::string& where) {
+  const std::string key = wanted.key() + " by " + text;
+  const auto known = known_.find(key);
+  if (known != known_.end()) return known->second;
+  const fs::path base = fs::path(folder_) / file_name(key);
+  const std::string picture = base.string() + ".exr", facts = base.string() + ".json";
+  std::error_code error;
+  StudyReference reference;
+  // The facts are written last: where they are, the picture is whole.
+  const Json kept =
+      !folder_.empty() && fs::exists(facts, error) ? Json::parse(read_text_file(facts), nullptr, false) : Json();
+  if (kept.is_object() && kept.value("reference", "") == key && kept.contains("rmse") && fs::exists(picture, error)) {
+    reference = load(picture, wanted, where);
+    reference.rmse = kept["rmse"].get<double>();
+  } else if (is_file(text)) {
+    reference = load(text, wanted, where);
+  } else {
+    reference = draw(wanted, source, text, where);
+    if (!folder_.empty()) {
+      write_float_picture(picture, *reference.picture.image);
+      write_text_file(facts, Json{{"reference", key}, {"rmse", reference.rmse}}.dump(1) + "\n");
+    }
+  }
+  reference.picture.name = key;
+  return known_[key] = reference;
+}
+
+StudyReference StudyReferences::load(const std::string& path, const StudySource& wanted,
+                                     const std::string& where) const {
+  const auto file = open_file_source(path, {}, colours_);
+  Image image{file->spec(), {}};
+  const PictureSize film = film_size(wanted.size, wanted.cells);
+  if (image.spec.width != film.width || image.spec.height != film.height)
+    throw_input(fmt::format("{}: the reference '{}' has {}x{} pixels, and {}x{} are needed for {}x{} cells a pixel",
+                            where, path, image.spec.width, image.spec.height, film.width, film.height, wanted.cells.x,
+                            wanted.cells.y));
+  if (image.spec.colour_channels != 3)
+    throw_input(fmt::format("{}: the reference '{}' has no three channels of colour", where, path));
+  image.pixels.resize(image.row_floats() * static_cast<size_t>(image.spec.height));
+  file->read_rows({0, image.spec.height}, image.pixels.data(), image.row_floats());
+  image = colour_only(image);
+  image.spec.cells = wanted.cells;
+  return {{path, std::make_shared<const Image>(std::move(image))}, 0};
+}
+
+StudyReference StudyReferences::draw(const StudySource& wanted, const Source& source, const std::string& text,
+                                     const std::string& where) const {
+  const auto strategy = make_strategy(text, where);
+  RenderOptions options;
+  options.seed = kReferenceSeed;
+  options.cells = wanted.cells;
+  options.planes.error = strategy->estimates_error();
+  const RenderResult result = render_whole(*strategy, source, options);
+  const double rmse = options.planes.error ? result.film.estimated_rmse() : 0;
+  // One sample a pixel has no error that could be estimated.
+  return {{"", std::make_shared<const Image>(
+                   colour_only(render_picture(result, *strategy, options, source, wanted.cells, {})))},
+          std::isfinite(rmse) ? rmse : 0};
+}
+
+const StudyReference& StudyReferences::averaged(const StudyReference& wide) {
+  const Image& from = *wide.picture.image;
+  const Cells cells = from.spec.cells;
+  if (cells == Cells{}) return known_.at(wide.picture.name);
+  const std::string key = wide.picture.name + ", averaged";
+  const auto known = known_.find(key);
+  if (known != known_.end()) return known->second;
+  Image image{from.spec, {}};
+  image.spec.width /= cells.x;
+  image.spec.height /= cells.y;
+  image.spec.cells = {};
+  image.spec.pixel_aspect = 1;
+  image.pixels.resize(image.row_floats() * static_cast<size_t>(image.spec.height));
+  const double count = cells.x * cells.y;
+  for (int y = 0; y < image.spec.height; ++y)
+    for (int x = 0; x < image.spec.width; ++x)
+      for (int c = 0; c < 3; ++c) {
+        double sum = 0;
+        for (int j = 0; j < cells.y; ++j)
+          for (int i = 0; i < cells.x; ++i)
+            sum += static_cast<double>(from.row(y * cells.y + j)[(x * cells.x + i) * 3 + c]);
+        image.row(y)[x * 3 + c] = static_cast<float>(sum / count);
+      }
+  return known_[key] = {{key, std::make_shared<const Image>(std::move(image))}, wide.rmse / std::sqrt(count)};
+}
+
+}  // namespace triad::app

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// What studies of strategies judge by, drawn once and kept.
+#pragma once
+
+#include <map>
+#include <triad/colour/colour.hpp>
+
+#include "study_source.hpp"
+
+namespace triad::app {
+
+struct StudyReference {
+  JudgePicture picture;
+  double rmse = 0;  // the estimated error of a pixel's value; 0: exact, a file, or points that are not random
+};
+
+// Not thread-safe. References for the same source and text are the same picture, in memory once.
+class StudyReferences {
+ public:
+  // `folder`: where they are kept as EXR, with what they are of as JSON beside, and found again; "" nowhere.
+  StudyReferences(std::string folder, const ColourConfig& colours) : folder_(std::move(folder)), colours_(colours) {}
+
+  // The picture of `source`, which was made as `wanted` says. `text`: a strategy, or a picture's file. Throws
+  // Error(kInput), `where` first: a file that is not there or of another size; and what the strategy throws. Ctrl-C
+  // ends it with Error(kCancelled).
+  const StudyReference& get(const StudySource& wanted, const Source& source, const std::string& text,
+                            const std::string& where);
+  // The means of the pixels' cells.
+  const StudyReference& averaged(const StudyReference& wide);
+
+  // Whether a text names a file.
+  static bool is_file(const std::string& text);
+
+ private:
+  StudyReference load(const std::string& path, const StudySource& wanted, const std::string& where) const;
+  StudyReference draw(const StudySource& wanted, const Source& source, const std::string& text,
+                      const std::string& where) const;
+
+  const std::string folder_;
+  const ColourConfig& colours_;
+  std::map<std::string, StudyReference> known_;
+};
+
+// A picture's first three channels.
+Image colour_only(const Image& image);
+
+}  // namespace triad::app

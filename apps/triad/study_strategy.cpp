@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+// Studies of strategies: work = "strategy".
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <triad/base/error.hpp>
+#include <triad/base/text.hpp>
+#include <triad/display/layout.hpp>
+#include <triad/pipeline/picture_source.hpp>
+
+#include "study_references.hpp"
+
+namespace triad::app {
+namespace {
+
+const std::vector<std::string> kSettings{"source", "size",    "strategy", "cells",     "filter", "layout", "ppd",
+                                         "camera", "effects", "bounces",  "reference", "second", "metric", "seed"};
+
+// Sources and references are made once and not timed; what comes out is judged once for each seed.
+class StrategyWork final : public StudyWork {
+ public:
+  StrategyWork(const StudyPlan& plan, const std::string& references)
+      : plan_(plan), colours_(ColourConfig::load()), references_(references, colours_) {
+    check_settings(plan, kSettings, "a study of strategies", {"strategy", "filter", "metric", "reference", "second"});
+  }
+
+  void check(const StudySettings& settings) override { find_job(settings); }
+
+  bool is_warm() const override { return true; }
+
+  Measurements run(const StudySettings& settings, const std::string& picture) override {
+    Job& job = find_job(settings);
+    const uint64_t seed = SettingValues(plan_.file, settings).seed();
+    try {
+      make_ready(job);
+      return measure(job, seed, picture);
+    } catch (const Error& error) {
+      throw Error(error.kind(), std::string(error.what()).starts_with("'" + plan_.file)
+                                    ? error.what()
+                                    : "'" + plan_.file + "': " + job.what() + ": " + error.what());
+    }
+  }
+
+ private:
+  struct Metric {
+    ChainItem item;
+    bool wide = false;  // judges by the cells of a panel's pixels
+  };
+  struct Job {
+    StudySource wanted;
+    std::string layout, filter, reference, second;  // "": none
+    std::unique_ptr<Strategy> strategy;
+    std::vector<ChainItem> stages;
+    std::vector<Metric> metrics;
+    const Source* source = nullptr;
+    // Once it is ready.
+    std::vector<Judge> truth, other;
+    double reference_error = 0;
+    std::shared_ptr<const Image> full;          // the second reference, a pixel each
+    std::map<uint64_t, Measurements> scores{};  // by seed
+
+    std::string what() const { return wanted.name + ", " + strategy->text() + (filter.empty() ? "" : ", " + filter); }
+  };
+
+  Job& find_job(const StudySettings& settings) {
+    std::string key;
+    for (const auto& [name, text] : settings)
+      if (name != "seed") key += name + "=" + text + "\n";
+    const auto known = jobs_.find(key);
+    return known == jobs_.end() ? jobs_.emplace(key, prepare(settings)).first->second : known->second;
+  }
+
+  // All that can be wrong is looked at here, before anything is drawn.
+  Job prepare(const StudySettings& settings) {
+    const SettingValues values(plan_.file, settings);
+    Job job;
+    values.seed();
+    job.wanted = StudySource::of(values, "source");
+    job.layout = values.text_or("layout", "");
+    const auto filled = [&, known = job.layout.empty() ? std::map<std::string, std::string>{}
+                                                       : layout_values(job.layout)](const std::string& text) {
+      return values.filled(text, known);
+    };
+    const std::string cells = values.text_or("cells", "");
+    if (!cells.empty()) job.wanted.cells = parse_cells_or_layout(cells, values.where() + ": cells").cells;
+    job.strategy = make_strategy(filled(values.text("strategy")), values.where());
+    job.wanted.geometry = job.strategy->uses_geometry();
+    job.filter = filled(values.text_or("filter", ""));
+    if (!job.filter.empty()) job.stages = study_stages(job.filter, values.where());
+    for (const ChainItem& stage : job.stages) StageInstance(host_.find(stage.id), stage.params);
+    read_metrics(values, filled(values.text_or("metric", "error")), job);
+    job.reference = filled(values.text("reference"));
+    job.second = filled(values.text_or("second", "control"));
+    if (job.second == "none") job.second.clear();
+    for (const std::string& text : {job.reference, job.second}) {
+      if (StudyReferences::is_file(text))
+        open_file_source(text, {}, colours_);
+      else if (!text.empty())
+        make_strategy(text, values.where());
+    }
+    job.source = &find_source(job.wanted);
+    if (job.reference.starts_with("exact") && !job.source->abilities().exact_integral)
+      throw_input(values.where() + ": '" + job.wanted.name +
+                  "' has no exact integral; let the reference be a strategy, as in sobol-owen:spp=1024");
+    require_film_memory(job.source->width(), job.source->height(), {});
+    return job;
+  }
+
+  void read_metrics(const SettingValues& values, const std::string& text, Job& job) {
+    std::vector<ChainItem> items;
+    for (const std::string& word : study_words(text)) items.push_back(parse_metric(word));
+    if (items.empty()) throw_input(values.where() + ": a 'metric' without a name");
+    make_labels_unique(items);
+    for (ChainItem& item : items) {
+      const StageInfo& info = host_.find(item.id);
+      if (!info.is_metric()) throw_input(values.where() + ": '" + item.id + "' is a filter, not a metric");
+      Metric metric{item, false};
+      for (uint32_t p = 0; p < info.desc->n_params; ++p) {
+        const std::string name = info.desc->params[p]->name;
+        // A metric that knows panels is told which one, and looks at a render of its cells.
+        if (name == "layout") metric.wide = true;
+        if (name == "layout" || name == "ppd") metric.item.params.try_emplace(name, values.text(name));
+      }
+      StageInstance(info, metric.item.params);
+      job.metrics.push_back(std::move(metric));
+    }
+  }
+
+  const Source& find_source(const StudySource& wanted) {
+    auto& source = sources_[wanted.key()];
+    if (!source) source = make_study_source(wanted, "'" + plan_.file + "'");
+    return *source;
+  }
+
+  void make_ready(Job& job) {
+    if (!job.truth.empty()) return;
+    const std::string where = "'" + plan_.file + "'";
+    StudySource pixels = job.wanted, wide = job.wanted;
+    pixels.cells = {};
+    pixels.geometry = wide.geometry = false;  // the same picture for all strategies
+    const bool any_wide = std::any_of(job.metrics.begin(), job.metrics.end(), [](const auto& m) { return m.wide; });
+    if (any_wide) {
+      const Layout panel = load_layout(job.layout);
+      wide.cells = {panel.cells_x, panel.cells_y};
+    } else {
+      wide.cells = {};
+    }
+    const StudyReference& truth = references_.get(wide, find_source(wide), job.reference, where);
+    const StudyReference& averaged = references_.averaged(truth);
+    job.reference_error = job.metrics[0].wide ? truth.rmse : averaged.rmse;
+    for (const Metric& metric : job.metrics)
+      job.truth.push_back({metric.item, (metric.wide ? truth : averaged).picture});
+    if (!job.second.empty()) {
+      const StudyReference& full = references_.get(pixels, find_source(pixels), job.second, where);
+      job.full = full.picture.image;
+      for (const Metric& metric : job.metrics)
+        job.other.push_back(
+            {metric.item,
+             (metric.wide ? references_.get(wide, find_source(wide), job.second, where) : full).picture});
+    }
+    // Memory, clocks and the machine's caches warm up.
+    render_whole(*make_strategy("control", where), *job.source, {});
+  }
+
+  Measurements measure(Job& job, uint64_t seed, const std::string& picture) {
+    RenderOptions options;
+    options.seed = seed;
+    options.cells = job.wanted.cells;
+    options.planes.samples = true;
+    options.planes.reasons = !job.strategy->reason_channels().empty();
+    const auto before = job.source->work();
+    const auto start = std::chrono::steady_clock::now();
+    const RenderResult result = render_whole(*job.strategy, *job.source, options);
+    const double seconds = seconds_since(start);
+    const Measurements work = work_since(*job.source, before);
+
+    auto image = std::make_shared<const Image>(
+        render_picture(result, *job.strategy, options, *job.source, job.wanted.cells, {}));
+    Measurements filtered{{"filter-seconds", 0}, {"plan-seconds", 0}};
+    if (!job.stages.empty()) image = filter(job, *image, filtered);
+    Measurements measured{{"seconds", seconds}, {"total-seconds", seconds + filtered[0].second}};
+    measured.insert(measured.end(), filtered.begin(), filtered.end());
+    const auto samples = static_cast<double>(result.samples);
+    measured.emplace_back("samples", samples);
+    measured.emplace_back("spp", samples / (static_cast<double>(job.wanted.size.width) * job.wanted.size.height));
+    measured.emplace_back("dropped", static_cast<double>(result.dropped));
+    measured.insert(measured.end(), work.begin(), work.end());
+    auto& scores = job.scores[seed];
+    if (scores.empty()) scores = judge(job, *image);
+    measured.insert(measured.end(), scores.begin(), scores.end());
+    if (!picture.empty()) write_float_picture(picture, *image);
+    return measured;
+  }
+
+  std::shared_ptr<const Image> filter(const Job& job, const Image& image, Measurements& filtered) {
+    const auto start = std::chrono::steady_clock::now();
+    RunRequest request;
+    request.input = {"the render", {}, std::make_shared<const Image>(colour_only(image))};
+    request.stages = job.stages;
+    request.keep_picture = true;
+    Run chain(request, host_, colours_);
+    filtered[1].second = seconds_since(start);
+    const RunResult result = chain.execute();
+    filtered[0].second = result.seconds;
+    for (const auto& stage : result.stages)
+      for (const char* name : {"gap", "iterations"}) {
+        const auto found = stage.reports.values.find(name);
+        if (found != stage.reports.values.end()) filtered.emplace_back(name, found->second);
+      }
+    return result.picture;
+  }
+
+  Measurements judge(const Job& job, const Image& image) {
+    const PictureSize& size = job.wanted.size;
+    if (image.spec.width != size.width || image.spec.height != size.height)
+      throw_input(fmt::format(
+          "what comes out has {}x{} pixels, not {}x{}; a 'filter' such as box:x={},y={} or platt "
+          "makes pixels of cells",
+          image.spec.width, image.spec.height, size.width, size.height, job.wanted.cells.x, job.wanted.cells.y));
+    const auto shown = std::make_shared<const Image>(colour_only(image));
+    Measurements scores = judge_picture(shown, job.truth, host_, colours_);
+    if (job.reference_error > 0) scores.emplace_back("reference-error", job.reference_error);
+    if (job.other.empty()) return scores;
+    for (const auto& [name, value] : judge_picture(shown, job.other, host_, colours_))
+      scores.emplace_back("second." + name, value);
+    scores.emplace_back("unchanged", unchanged(*shown, *job.full));
+    return scores;
+  }
+
+  // The share of pixels that have the same 8-bit sRGB codes.
+  double unchanged(const Image& one, const Image& other) const {
+    const auto codes = [&](const Image& image) {
+      std::vector<float> values = image.pixels;
+      colours_.transform(colours_.lin_rec709(), colours_.srgb()).apply(values.data(), values.size() / 3, 3, -1);
+      for (float& value : values) value = std::round(std::clamp(value, 0.f, 1.f) * 255);
+      return values;
+    };
+    const std::vector<float> a = codes(one), b = codes(other);
+    size_t same = 0;
+    for (size_t p = 0; p < a.size(); p += 3) same += a[p] == b[p] && a[p + 1] == b[p + 1] && a[p + 2] == b[p + 2];
+    return static_cast<double>(same) / (static_cast<double>(a.size()) / 3);
+  }
+
+  const StudyPlan& plan_;
+  const ColourConfig colours_;
+  PluginHost host_{{}};
+  StudyReferences references_;
+  std::map<std::string, std::unique_ptr<Source>> sources_;
+  std::map<std::string, Job> jobs_;
+};
+
+}  // namespace
+
+std::unique_ptr<StudyWork> make_strategy_work(const StudyPlan& plan, const std::string& references) {
+  return std::make_unique<StrategyWork>(plan, references);
+}
+
+}  // namespace triad::app
