@@ -5,6 +5,7 @@
 #include <numeric>
 #include <triad/base/error.hpp>
 #include <triad/base/random.hpp>
+#include <triad/numeric/widest.hpp>
 
 #include "texture.hpp"
 
@@ -316,14 +317,16 @@ uint32_t Geometry::first_hits(LaneRays& rays, int n, const uint64_t* lane_keys) 
   else
     for (int first = 0; first < n; first += 8) intersect_half(valid + first, tree_.get(), context, packet, first);
   constexpr float kNear = 1e-4f;
-  alignas(64) uint32_t near_edge[kLanes];
-  for (int i = 0; i < kLanes; ++i) {
-    const float u = packet.hit.u[i], v = packet.hit.v[i];
-    near_edge[i] = static_cast<uint32_t>((u < kNear) | (v < kNear) | (1 - u - v < kNear)) << i;
-  }
-  uint32_t bits = 0;
-  for (int i = 0; i < kLanes; ++i) bits |= near_edge[i];
-  return bits;
+  uint32_t near_edge = 0;
+  run_widest([&]() TRIAD_INLINE_BODY {
+    uint32_t bits = 0;
+    for (int i = 0; i < kLanes; ++i) {
+      const float u = packet.hit.u[i], v = packet.hit.v[i];
+      bits |= static_cast<uint32_t>((u < kNear) | (v < kNear) | (1 - u - v < kNear)) << i;
+    }
+    near_edge = bits;
+  });
+  return near_edge;
 }
 
 uint32_t Geometry::occluded(const Ray* rays, uint32_t active, const uint64_t* lane_keys, bool coherent) const {

@@ -3,7 +3,10 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstring>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "camera.hpp"
@@ -25,9 +28,21 @@ enum KernelBit : uint32_t {
 constexpr uint32_t kKernelCount = 32;
 
 // What a camera ray sees of a mesh where neither its place nor its light matters.
-struct PlainLook {
-  bool plain = false;
-  Float3 radiance{};
+class PlainLook {
+ public:
+  PlainLook() = default;
+  PlainLook(bool plain, Float3 radiance) : plain_(plain) { sample_.rgb = {radiance.x, radiance.y, radiance.z}; }
+  bool plain() const { return plain_; }
+  // Sets rgb and valid, in one store, and leaves the rest as it is.
+  void answer(Sample& sample) const {
+    static_assert(offsetof(Sample, rgb) == 0 && offsetof(Sample, valid) == sizeof(Sample::rgb) &&
+                  std::is_trivially_copyable_v<Sample>);
+    std::memcpy(static_cast<void*>(&sample), &sample_, offsetof(Sample, distance));
+  }
+
+ private:
+  bool plain_ = false;
+  Sample sample_;
 };
 
 // A scene made ready. Read by all threads, written by none.

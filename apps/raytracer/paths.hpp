@@ -165,29 +165,25 @@ class PathKernel {
   // meets there is decided with more care.
   uint32_t plain_samples(int n, uint32_t near_edge, std::span<Sample> samples) const {
     const bool empty_is_black = !scene_.tells_geometry && !scene_.effects.has(Effect::kEnvironment);
-    const auto answer = [&](int i, Float3 radiance) {
-      samples[i].rgb = {radiance.x, radiance.y, radiance.z};
-      samples[i].valid = true;
-    };
     // Neighbouring rays mostly see the same thing.
     const uint32_t first = camera_rays_.hit(0).mesh;
     uint32_t others = near_edge;
-    for (int i = 1; i < n; ++i) others |= camera_rays_.hit(i).mesh ^ first;
-    if (others == 0 && first != kMiss && scene_.looks[first].plain) {
-      const Float3 radiance = scene_.looks[first].radiance;
-      for (int i = 0; i < n; ++i) answer(i, radiance);
-      return (1u << n) - 1;
+    for (int i = 1; i < kLanes; ++i) others |= camera_rays_.hit(i).mesh ^ first;
+    if (others == 0 && first != kMiss && n == kLanes && scene_.looks[first].plain()) {
+      const PlainLook look = scene_.looks[first];
+      for (int i = 0; i < kLanes; ++i) look.answer(samples[i]);
+      return (1u << kLanes) - 1;
     }
     uint32_t done = 0;
     for (int i = 0; i < n; ++i) {
       const uint32_t mesh = camera_rays_.hit(i).mesh;
       if (mesh == kMiss) {
         if (!empty_is_black) continue;
-        answer(i, {});
+        PlainLook().answer(samples[i]);
       } else {
         const PlainLook& look = scene_.looks[mesh];
-        if (!look.plain || (near_edge >> i & 1) != 0) continue;
-        answer(i, look.radiance);
+        if (!look.plain() || (near_edge >> i & 1) != 0) continue;
+        look.answer(samples[i]);
       }
       done |= 1u << i;
     }

@@ -24,7 +24,9 @@ bool cpu_can_run(CpuPath path) {
   switch (path) {
     case CpuPath::kBaseline: return true;
     case CpuPath::kAvx2: return avx2;
-    case CpuPath::kAvx512: return avx2 && __builtin_cpu_supports("avx512f");
+    case CpuPath::kAvx512:
+      return avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+             __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
   }
   return false;
 #else

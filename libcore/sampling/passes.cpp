@@ -25,9 +25,13 @@ Passes::Passes(const Strategy& strategy, const Source& source, const RenderOptio
 Passes::Queue::Queue(Passes& passes) : passes_(passes), requests_(kBatch), samples_(kBatch) {}
 
 bool Passes::Queue::add(int x, int y, uint32_t first, uint32_t past) {
-  for (uint32_t i = first; i < past; ++i) {
+  SampleRequest request{0, 0, passes_.footprint_px_, x, y, first, passes_.taker_.options().seed};
+  while (request.index < past) {
     if (size_ == kBatch && !flush()) return false;
-    requests_[size_++] = {0, 0, passes_.footprint_px_, x, y, i, passes_.taker_.options().seed};
+    SampleRequest* const run = requests_.data() + size_;
+    const size_t n = std::min<size_t>(kBatch - size_, past - request.index);
+    for (size_t i = 0; i < n; ++i, ++request.index) run[i] = request;
+    size_ += n;
   }
   return true;
 }

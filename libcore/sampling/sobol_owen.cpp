@@ -29,40 +29,52 @@ class SobolOwen final : public PointStrategy {
   uint32_t spp_;
 };
 
+// pixel + fraction * 2^-32, rounded once, with one conversion of signed numbers: vectors have none of unsigned ones
+// before AVX-512.
+TRIAD_INLINE_BODY inline double place_in(int32_t pixel, uint32_t fraction) {
+  return (pixel + .5) + static_cast<int32_t>(fraction ^ 0x80000000u) * 0x1p-32;
+}
+
+// Up to kLanes samples of one pixel, worked out side by side.
+template <uint32_t kLanes>
+TRIAD_INLINE_BODY inline void place_lanes(SobolOwenSeeds seeds, std::span<SampleRequest> run) {
+  const uint32_t first = run.front().index;
+  const int32_t pixel_x = run.front().pixel_x, pixel_y = run.front().pixel_y;
+  std::array<double, kLanes> x, y;
+  for (uint32_t i = 0; i < kLanes; ++i) {
+    const std::array<uint32_t, 2> point = sobol_owen_point(first + i, seeds);
+    x[i] = place_in(pixel_x, point[0]);
+    y[i] = place_in(pixel_y, point[1]);
+  }
+  for (size_t i = 0; i < run.size(); ++i) {
+    run[i].x = x[i];
+    run[i].y = y[i];
+  }
+}
+
+TRIAD_INLINE_BODY inline void place_runs(std::span<SampleRequest> requests) {
+  constexpr size_t kMany = 16, kFew = 4;
+  while (!requests.empty()) {
+    const SampleRequest& first = requests.front();
+    size_t n = 1;  // in the run of the first one's pixel
+    while (n < requests.size() && requests[n].pixel_x == first.pixel_x && requests[n].pixel_y == first.pixel_y) ++n;
+    const SobolOwenSeeds seeds(SampleRandom::pixel_key(first.pixel_x, first.pixel_y, first.seed));
+    for (size_t done = 0; done < n;) {
+      const size_t left = n - done;
+      if (left > kFew)
+        place_lanes<kMany>(seeds, requests.subspan(done, std::min(kMany, left)));
+      else
+        place_lanes<kFew>(seeds, requests.subspan(done, left));
+      done += std::min(left, left > kFew ? kMany : kFew);
+    }
+    requests = requests.subspan(n);
+  }
+}
+
 }  // namespace
 
 void place_sobol_owen(std::span<SampleRequest> requests) {
-  constexpr size_t kAtOnce = 64;
-  std::array<uint32_t, kAtOnce> index{}, seed_x{}, seed_y{};
-  std::array<int32_t, kAtOnce> pixel_x{}, pixel_y{};
-  std::array<double, kAtOnce> x, y;
-  for (; !requests.empty(); requests = requests.subspan(std::min(kAtOnce, requests.size()))) {
-    const size_t n = std::min(kAtOnce, requests.size());
-    for (size_t first = 0, past = 0; first < n; first = past) {  // runs of one pixel
-      const SampleRequest& run = requests[first];
-      for (past = first + 1; past < n; ++past)
-        if (requests[past].pixel_x != run.pixel_x || requests[past].pixel_y != run.pixel_y) break;
-      const SobolOwenSeeds seeds(SampleRandom::pixel_key(run.pixel_x, run.pixel_y, run.seed));
-      for (size_t i = first; i < past; ++i) {
-        index[i] = run.index + static_cast<uint32_t>(i - first);
-        pixel_x[i] = run.pixel_x;
-        pixel_y[i] = run.pixel_y;
-        seed_x[i] = seeds.x;
-        seed_y[i] = seeds.y;
-      }
-    }
-    run_widest([&]() TRIAD_INLINE_BODY {
-      for (size_t i = 0; i < kAtOnce; ++i) {
-        const std::array<uint32_t, 2> point = sobol_owen_point(index[i], SobolOwenSeeds(seed_x[i], seed_y[i]));
-        x[i] = pixel_x[i] + point[0] * 0x1p-32;
-        y[i] = pixel_y[i] + point[1] * 0x1p-32;
-      }
-    });
-    for (size_t i = 0; i < n; ++i) {
-      requests[i].x = x[i];
-      requests[i].y = y[i];
-    }
-  }
+  run_widest([&]() TRIAD_INLINE_BODY { place_runs(requests); });
 }
 
 const StrategyEntry& sobol_owen_strategy() {

@@ -4,6 +4,7 @@
 
 #include <cstring>
 
+#include "raytracer/camera.hpp"
 #include "raytracer_scenes.hpp"
 
 namespace triad::raytracer::testing {
@@ -154,6 +155,70 @@ TEST(RayTracer, WideFilmShowsTheSameView) {
   const auto wide = source_of(scene, 48, 16, wide_options);
   const std::vector<SampleRequest> at{{5.25, 7.5, 1, 5, 7, 0, 0}}, same{{15.75, 7.5, 1, 15, 7, 0, 0}};
   EXPECT_EQ(evaluate(*square, at)[0].position, evaluate(*wide, same)[0].position);
+}
+
+TEST(RayTracer, PacketsOfCameraRaysAreThoseOfOneByOne) {
+  for (const bool orthographic : {false, true}) {
+    Camera seen_from;
+    seen_from.orthographic = orthographic;
+    seen_from.poses[0] = {{.3, -.2, 4}, {.8, 0, .6}, {0, 1, 0}, {.6, 0, -.8}};
+    SourceOptions film;
+    film.width = 30;
+    film.height = 17;
+    const FilmCamera camera(seen_from, film, {});
+    ASSERT_TRUE(camera.is_plain());
+    LaneRays lanes;
+    camera.prepare(lanes);
+    for (const int n : {16, 1, 7, 15, 16, 8}) {
+      std::vector<SampleRequest> list;
+      for (int i = 0; i < n; ++i) list.push_back({1.7 * i + .1 * n - 2, 17 - 1.3 * i, 1, 0, 0, 0, 0});
+      camera.rays(list, lanes);
+      for (int i = 0; i < n; ++i) {
+        SCOPED_TRACE(std::to_string(n) + ", " + std::to_string(i));
+        const Ray ray = lanes.ray(i), alone = camera.ray(list[i].x, list[i].y, 0, 0, 0);
+        // Both are rounded to floats once, directions again when made unit length.
+        constexpr float kDirection = 1.5e-7f, kOrigin = 5e-7f;
+        EXPECT_LE(length(ray.direction - alone.direction), kDirection);
+        EXPECT_LE(length(ray.origin - alone.origin), kOrigin);
+      }
+    }
+  }
+}
+
+// Where only colour is asked for, most samples take a short way past all that finds out more.
+TEST(RayTracer, ColourAloneIsTheSameAndLeavesTheRestAsItWas) {
+  Scene scene = box(matt({.5f, .25f, .75f}), matt({.2f, .3f, .9f}));
+  for (Material& material : scene.materials) material.unlit = true;
+  scene.meshes.erase(scene.meshes.begin() + 2);  // some rays meet nothing
+  SourceOptions colour_only;
+  colour_only.geometry = false;
+  const auto source = source_of(scene, 24, 24), fast = source_of(scene, 24, 24, colour_only);
+  for (const size_t at_once : {1u, 3u, 16u, 37u, 2304u}) {
+    auto list = requests(24, 24, 4);
+    for (SampleRequest& request : list) request.x += .11 * request.index;
+    Sample before;
+    before.rgb = {-1, -1, -1};
+    before.valid = false;
+    before.distance = -7;
+    before.position = before.normal = before.albedo = {-3, -4, -5};
+    before.object_id = before.material_id = 77;
+    std::vector<Sample> samples(list.size(), before);
+    for (size_t first = 0; first < list.size(); first += at_once) {
+      const size_t n = std::min(at_once, list.size() - first);
+      fast->eval(std::span(list).subspan(first, n), std::span(samples).subspan(first, n));
+    }
+    const auto expected = evaluate(*source, list);
+    for (size_t i = 0; i < list.size(); ++i) {
+      ASSERT_EQ(samples[i].rgb, expected[i].rgb) << i << ", " << at_once << " at once";
+      ASSERT_TRUE(samples[i].valid);
+      ASSERT_EQ(samples[i].distance, before.distance);
+      ASSERT_EQ(samples[i].position, before.position);
+      ASSERT_EQ(samples[i].normal, before.normal);
+      ASSERT_EQ(samples[i].albedo, before.albedo);
+      ASSERT_EQ(samples[i].object_id, before.object_id);
+      ASSERT_EQ(samples[i].material_id, before.material_id);
+    }
+  }
 }
 
 TEST(RayTracer, RefusesWhatIsOutOfRange) {

@@ -9,6 +9,7 @@
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/analytic.hpp>
+#include <triad/sampling/point_strategy.hpp>
 #include <triad/sampling/sobol.hpp>
 #include <triad/sampling/strategy.hpp>
 
@@ -382,6 +383,44 @@ TEST(Sobol, EachElementaryIntervalHoldsExactlyOne) {
   });
   render("sobol-owen:spp=256", source);
   EXPECT_EQ(unfair_intervals(8, [&](uint32_t i) { return places[i]; }), 0);
+}
+
+TEST(Sobol, RunsOfAnyLengthArePlacedAsPointByPoint) {
+  // Neighbours change the pixel, the offset, or both; the last run is met again.
+  struct Run {
+    int32_t x, y;
+    uint32_t first, count;
+  };
+  std::vector<Run> runs;
+  for (uint32_t count = 1; count <= 37; ++count)
+    for (const uint32_t first : {0u, 1u, 13u, (1u << 24) - 37}) {
+      const auto n = static_cast<int32_t>(count);
+      runs.push_back({n % 3 == 0 ? -n : n, static_cast<int32_t>(first % 7) - 2, first, count});
+      runs.push_back({2147483647 - n, -2147483647 - 1, first, count});
+    }
+  runs.push_back(runs.front());
+  std::vector<SampleRequest> requests;
+  for (const Run& run : runs)
+    for (uint32_t i = 0; i < run.count; ++i) requests.push_back({-1, -1, .25f, run.x, run.y, run.first + i, 31});
+  const SampleRequest beyond{-1, -1, .5f, runs.back().x, runs.back().y, 5, 31};
+  requests.push_back(beyond);
+  place_sobol_owen(std::span(requests).first(requests.size() - 1));
+
+  size_t at = 0;
+  for (const Run& run : runs)
+    for (uint32_t i = 0; i < run.count; ++i, ++at) {
+      const SampleRequest& placed = requests[at];
+      const auto point = sobol_owen_point(run.first + i, SampleRandom::pixel_key(run.x, run.y, 31));
+      ASSERT_EQ(placed.x, run.x + point[0] * 0x1p-32) << run.count << " from " << run.first << ", " << i;
+      ASSERT_EQ(placed.y, run.y + point[1] * 0x1p-32) << run.count << " from " << run.first << ", " << i;
+      ASSERT_EQ(placed.index, run.first + i);
+      ASSERT_EQ(placed.pixel_x, run.x);
+      ASSERT_EQ(placed.pixel_y, run.y);
+      ASSERT_EQ(placed.footprint_px, .25f);
+      ASSERT_EQ(placed.seed, 31u);
+    }
+  EXPECT_EQ(requests.back().x, beyond.x);
+  EXPECT_EQ(requests.back().y, beyond.y);
 }
 
 TEST(Sobol, HalvesShareEachIntervalOfFourPointsEvenly) {
