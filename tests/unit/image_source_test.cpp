@@ -38,7 +38,9 @@ Image noise(int width, int height, std::vector<std::string> channels = {"R", "G"
 class ImageSourceTest : public testing::Test {
  protected:
   std::string save(const Image& image, const std::string& name = "a.exr") {
-    write_image(folder_ / name, image, {.depth = name.ends_with(".exr") ? Depth::kFloat : Depth::kDefault});
+    WriteOptions options;
+    if (name.ends_with(".exr")) options.depth = Depth::kFloat;
+    write_image(folder_ / name, image, options);
     return folder_ / name;
   }
   std::unique_ptr<Source> open(const std::string& path, int width, int height, const Cells& cells = {},
@@ -199,7 +201,7 @@ TEST_F(ImageSourceTest, HasTheGeometryOfOurRenders) {
   EXPECT_EQ(hit.material_id, 8u);
   EXPECT_EQ(sky.distance, kInfinite);
   EXPECT_EQ(sky.object_id, 0u);
-  EXPECT_FALSE(open(path, 2, 1, {}, {.geometry = false})->abilities().geometry);
+  EXPECT_FALSE(open(path, 2, 1, {}, {.geometry = false, .colour_space = ""})->abilities().geometry);
 }
 
 TEST_F(ImageSourceTest, HasTheGeometryOfOtherRenderers) {
@@ -238,8 +240,9 @@ TEST_F(ImageSourceTest, RefusesWhatCannotBe) {
   EXPECT_THAT(error_of(path, 13, 6), AllOf(HasSubstr("a.exr"), HasSubstr("12x6"), HasSubstr("13x6")));
   EXPECT_THAT(error_of(path, 6, 3, {3, 1}), HasSubstr("18x3"));
   EXPECT_EQ(error_of(path, 4, 2, {3, 3}), "");
-  EXPECT_THAT(error_of(path, 6, 3, {}, {.most_bytes = 863}), AllOf(HasSubstr("12x6"), HasSubstr("memory")));
-  EXPECT_EQ(error_of(path, 6, 3, {}, {.most_bytes = 864}), "");  // 12 x 6 x 3 x 4
+  EXPECT_THAT(error_of(path, 6, 3, {}, {.most_bytes = 863, .colour_space = ""}),
+              AllOf(HasSubstr("12x6"), HasSubstr("memory")));
+  EXPECT_EQ(error_of(path, 6, 3, {}, {.most_bytes = 864, .colour_space = ""}), "");  // 12 x 6 x 3 x 4
   EXPECT_THAT(error_of(folder_ / "none.exr", 1, 1), HasSubstr("none.exr"));
   EXPECT_THAT(error_of(save(noise(3, 3, {"u", "v"}), "c.exr"), 1, 1), HasSubstr("c.exr"));
 }
