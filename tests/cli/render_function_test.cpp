@@ -79,7 +79,7 @@ TEST_F(RenderFunction, GeometryWhereThereIsSome) {
 }
 
 TEST_F(RenderFunction, SamplesPicturesAnew) {
-  const Picture big = noise(60, 40);
+  const Picture big = noise(60, 30);
   save(path("big.exr"), big);
   const nlohmann::json record =
       expect_success({"render", "big.exr", "-o", "a.exr", "--size", "20x10", "--strategy", "exact", "--json", "-"})
@@ -89,15 +89,15 @@ TEST_F(RenderFunction, SamplesPicturesAnew) {
   const Picture exact = load(path("a.exr"));
   EXPECT_EQ(exact.text.at("triad:picture"), "big.exr");
   expect_success({"render", "big.exr", "-o", "b.exr", "--size", "20x10", "--strategy", "grid:n=12"});
-  const Picture grid = load(path("b.exr"));  // 12 points over 3 x 4 pixels meet each as often
+  const Picture grid = load(path("b.exr"));  // 12 x 12 points over 3 x 3 pixels meet each as often
   for (int y = 0; y < 10; ++y)
     for (int x = 0; x < 20; ++x)
       for (int c = 0; c < 3; ++c) {
         double sum = 0;
-        for (int j = 0; j < 4; ++j)
-          for (int i = 0; i < 3; ++i) sum += static_cast<double>(big.at(3 * x + i, 4 * y + j, c));
-        EXPECT_NEAR(exact.at(x, y, c), sum / 12, 1e-6);
-        EXPECT_NEAR(grid.at(x, y, c), sum / 12, 1e-6);
+        for (int j = 0; j < 3; ++j)
+          for (int i = 0; i < 3; ++i) sum += static_cast<double>(big.at(3 * x + i, 3 * y + j, c));
+        EXPECT_NEAR(exact.at(x, y, c), sum / 9, 1e-6);
+        EXPECT_NEAR(grid.at(x, y, c), sum / 9, 1e-6);
       }
   // A display-encoded one becomes light.
   save(path("grey.png"), constant(8, 8, {.5f, .5f, .5f}), "uint8");
