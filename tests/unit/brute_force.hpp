@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Means of sources by asking them for very many samples.
+// Functions by name, and means of sources by asking them for very many samples.
 #pragma once
 
-#include <array>
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <functional>
-#include <triad/sampling/source.hpp>
+#include <memory>
+#include <string>
+#include <triad/sampling/functions.hpp>
 #include <vector>
 
 namespace triad::test {
@@ -71,6 +74,33 @@ Value mean_by_quadrature(const std::function<Value(double)>& f, double a, double
     for (int i = 1; i < 3; ++i) sum += .5 * kWeight[i] * (f(middle - half * kNode[i]) + f(middle + half * kNode[i]));
   }
   return sum / static_cast<double>(panels);
+}
+
+// A function of a picture of 160 x 90.
+inline std::unique_ptr<Source> make(const std::string& text, int width = 160, int height = 90,
+                                    const Cells& cells = {}) {
+  return make_function(text, width, height, cells, "test");
+}
+
+inline double exact(const Source& source, const Box& box) {
+  const auto rgb = source.integral(box.x0, box.y0, box.x1, box.y1).value();
+  EXPECT_EQ(rgb[0], rgb[1]);
+  EXPECT_EQ(rgb[0], rgb[2]);
+  return rgb[0];
+}
+
+inline double gaussian(const Source& source, double x, double y, double sigma_px) {
+  return source.filtered(x, y, {.gaussian_sigma_px = sigma_px}).value()[0];
+}
+
+// Of side `side_px`, with its middle at odd places of a picture of 160 x 90.
+inline std::vector<Box> odd_boxes(double side_px) {
+  std::vector<Box> boxes;
+  for (const auto& [x, y] : {std::pair{80., 45.}, {81.37, 44.21}, {40.618, 61.73}, {131.9, 20.04}}) {
+    const double half = .5 * side_px;
+    boxes.push_back({x - half, y - .8 * half, x + half, y + .8 * half});
+  }
+  return boxes;
 }
 
 }  // namespace triad::test
