@@ -22,17 +22,17 @@ class FilteredPoints : public StrategyBase {
 
  protected:
   const ReconstructionFilter& filter() const { return filter_; }
+  const ReconstructionTable& table() const { return table_; }
   const PixelPoints& points() const { return points_; }
   uint32_t spp() const { return points_.samples_per_pixel(); }
   // So much of the film that the samples under a filter of radius 1/2 cover it once.
   float footprint_px() const;
-  // f(x) f(y) of a sample about its own pixel's centre.
-  double weight(const SampleRequest& r) const {
-    return filter_.value(r.x - r.pixel_x - .5) * filter_.value(r.y - r.pixel_y - .5);
-  }
+  // f(x) f(y) of a sample about its own pixel's centre, under the filter.
+  double weight(const SampleRequest& r) const { return table_(r.x - r.pixel_x - .5) * table_(r.y - r.pixel_y - .5); }
 
  private:
   ReconstructionFilter filter_;
+  ReconstructionTable table_;
   PixelPoints points_;
 };
 
