@@ -10,10 +10,14 @@ namespace {
 const StrategyInfo kInfo{
     "splat", "samples all over the film, each added to every pixel whose reconstruction filter covers it",
     "spp points in each pixel, and in those beyond the border that filters reach. A pixel is the mean of all samples "
-    "under its filter, weighted by it; where weights cancel (negative values of mitchell, lanczos2, lanczos3, few "
-    "samples), the sample nearest to its centre. Wide filters use a sample many times over, which makes edges smooth "
-    "and "
-    "noise low in frequency: neighbours share their samples. Bright specks become blots of the filter's shape.",
+    "under its filter, weighted by it. Where weights cancel (negative values of mitchell, lanczos2, lanczos3, few "
+    "samples), it is the sample nearest to its centre, and where a narrow filter meets none, the mean of its own. "
+    "Wide "
+    "filters use a sample many times over, which makes edges smooth and noise low in frequency: neighbours share "
+    "their "
+    "samples. Bright specks become blots of the filter's shape. A variance that is asked for is that of the mean of "
+    "a "
+    "pixel's own samples.",
     FilteredPoints::params()};
 
 // What remains of a sample until it is splatted.
@@ -87,13 +91,19 @@ class Splatting {
     return true;
   }
 
-  std::vector<std::array<double, 3>> colour() const {
+  // `film` is the one that samples were added to.
+  std::vector<std::array<double, 3>> colour(const Film& film) const {
     std::vector<std::array<double, 3>> colour(sums_.size());
     for (size_t p = 0; p < colour.size(); ++p) {
-      const auto& sum = sums_[p].sum;
-      const bool cancel = is_signed_ && signed_weights_[p].cancel();
-      for (size_t c = 0; c < 3; ++c)
-        colour[p][c] = cancel ? signed_weights_[p].nearest[c] : sum[3] != 0 ? sum[c] / sum[3] : 0;
+      const auto& [red, green, blue, weight] = sums_[p].sum;
+      if (weight == 0) {  // a filter narrower than a pixel may meet no sample
+        colour[p] = film.mean(p);
+      } else if (is_signed_ && signed_weights_[p].cancel()) {
+        const std::array<float, 3>& nearest = signed_weights_[p].nearest;
+        colour[p] = {nearest[0], nearest[1], nearest[2]};
+      } else {
+        colour[p] = {red / weight, green / weight, blue / weight};
+      }
     }
     return colour;
   }
@@ -205,7 +215,7 @@ class Splat final : public FilteredPoints {
       if (!done) break;
     }
     RenderResult result = taker.finish();
-    result.colour = splatting.colour();
+    result.colour = splatting.colour(result.film);
     return result;
   }
 };
