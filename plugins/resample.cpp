@@ -103,6 +103,8 @@ struct Resample {
     triad_image& out = call.out;
     if (cells == Cells::kOne) out.cells_x = out.cells_y = 1;
     choose_size(in, out);
+    // The pixel of a panel at which the picture began is none of the new ones.
+    if (out.width != in.width || out.height != in.height) call.erase_meta("triad:origin");
     out.pixel_aspect = in.pixel_aspect * in.width / out.width * out.height / in.height;
     across_ = std::make_unique<const Axis>(filter, scale, in.width, out.width);
     down_ = std::make_unique<const Axis>(filter, scale, in.height, out.height);
