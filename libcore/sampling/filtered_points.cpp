@@ -7,6 +7,7 @@ namespace triad {
 FilteredPoints::FilteredPoints(const StrategyInfo& info, const StrategyValues& values)
     : StrategyBase(info, values),
       filter_(static_cast<ReconstructionKernel>(whole("filter")), value("scale")),
+      table_(filter_),
       points_(static_cast<PixelPoints::Kind>(whole("points")), whole("spp")) {}
 
 uint64_t FilteredPoints::most_samples(int width, int height) const {

@@ -22,24 +22,22 @@ class FilteredPoints : public StrategyBase {
 
  protected:
   const ReconstructionFilter& filter() const { return filter_; }
+  const ReconstructionTable& table() const { return table_; }
   const PixelPoints& points() const { return points_; }
   uint32_t spp() const { return points_.samples_per_pixel(); }
   // So much of the film that the samples under a filter of radius 1/2 cover it once.
   float footprint_px() const;
-  // f(x) f(y) of a sample about its own pixel's centre.
-  double weight(const SampleRequest& r) const {
-    return filter_.value(r.x - r.pixel_x - .5) * filter_.value(r.y - r.pixel_y - .5);
-  }
 
  private:
   ReconstructionFilter filter_;
+  ReconstructionTable table_;
   PixelPoints points_;
 };
 
 // The weights of a pixel, of either sign, and the sample to take instead of their mean where they cancel.
 struct SignedWeights {
   // Weights that sum to less than this share of what their absolute values do say nothing: they would blow up noise
-  // 64 times or more.
+  // 16 times or more.
   static constexpr double kCancelled = 1. / 16;
 
   double sum = 0, absolute = 0;

@@ -35,12 +35,17 @@ class Importance final : public FilteredPoints {
       weigh = [this, factor = static_cast<float>(ratio * ratio)](std::span<const SampleRequest> requests,
                                                                  std::span<Sample> samples) {
         for (size_t i = 0; i < requests.size(); ++i)
-          for (float& v : samples[i].rgb) v *= weight(requests[i]) < 0 ? -factor : factor;
+          for (float& v : samples[i].rgb) v *= is_negative(requests[i]) ? -factor : factor;
       };
     }
     Passes passes(*this, source, options, footprint_px(), place, weigh);
     passes.run_all_in_turn(spp());
     return passes.finish();
+  }
+
+ private:
+  bool is_negative(const SampleRequest& r) const {
+    return (table()(r.x - r.pixel_x - .5) < 0) != (table()(r.y - r.pixel_y - .5) < 0);
   }
 };
 

@@ -171,4 +171,10 @@ double ReconstructionFilter::splat_gain() const { return squared(square_ / squar
 double ReconstructionFilter::importance_gain() const { return squared(squared(absolute_ / integral_)); }
 double ReconstructionFilter::uniform_gain() const { return squared(2 * radius_px_ * square_ / squared(integral_)); }
 
+ReconstructionTable::ReconstructionTable(const ReconstructionFilter& filter)
+    : radius_px_(filter.radius_px()), places_per_px_(kPlaces / filter.radius_px()), values_(kPlaces + 2) {
+  for (size_t i = 0; i < kPlaces; ++i) values_[i] = filter.value(static_cast<double>(i) / places_per_px_);
+  values_[kPlaces] = values_[kPlaces + 1] = filter.value(-filter.radius_px());  // a box ends at 1, all others at 0
+}
+
 }  // namespace triad

@@ -6,6 +6,9 @@
 // noise; the product of both axes.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -76,6 +79,25 @@ class ReconstructionFilter {
   double cell_width_px_ = 0;
   std::vector<Cell> cells_;  // and one past the end, whose `below` is 1
   std::vector<int> guide_;   // for each of as many equal parts of [0, 1): the cell in which it begins
+};
+
+// The same values, fast, for what is inside the radius: linear between 4032 places of the half axis, so exact to
+// 6e-7, with the right sign wherever the filter has one.
+class ReconstructionTable {
+ public:
+  explicit ReconstructionTable(const ReconstructionFilter& filter);
+  double radius_px() const { return radius_px_; }
+  // For -radius <= x <= radius.
+  double operator()(double x_px) const {
+    const double place = std::abs(x_px) * places_per_px_;
+    const auto i = std::min(static_cast<size_t>(place), kPlaces);
+    return values_[i] + (place - static_cast<double>(i)) * (values_[i + 1] - values_[i]);
+  }
+
+ private:
+  static constexpr size_t kPlaces = 2 * 3 * 7 * 96;  // knots are places, as for the filter's cells
+  double radius_px_, places_per_px_;
+  std::vector<double> values_;
 };
 
 }  // namespace triad

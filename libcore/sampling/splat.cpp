@@ -10,33 +10,15 @@ namespace {
 const StrategyInfo kInfo{
     "splat", "samples all over the film, each added to every pixel whose reconstruction filter covers it",
     "spp points in each pixel, and in those beyond the border that filters reach. A pixel is the mean of all samples "
-    "under its filter, weighted by it; where weights cancel (negative values of mitchell, lanczos2, lanczos3, few "
-    "samples), the sample nearest to its centre. Wide filters use a sample many times over, which makes edges smooth "
-    "and "
-    "noise low in frequency: neighbours share their samples. Bright specks become blots of the filter's shape.",
+    "under its filter, weighted by it. Where weights cancel (negative values of mitchell, lanczos2, lanczos3, few "
+    "samples), it is the sample nearest to its centre, and where a narrow filter meets none, the mean of its own. "
+    "Wide "
+    "filters use a sample many times over, which makes edges smooth and noise low in frequency: neighbours share "
+    "their "
+    "samples. Bright specks become blots of the filter's shape. A variance that is asked for is that of the mean of "
+    "a "
+    "pixel's own samples.",
     FilteredPoints::params()};
-
-// The filter between its knots, faster: linear between 4096 places of the half axis, to 4e-7.
-class FilterTable {
- public:
-  explicit FilterTable(const ReconstructionFilter& filter)
-      : radius_px_(filter.radius_px()), places_per_px_(kPlaces / filter.radius_px()), values_(kPlaces + 2) {
-    for (size_t i = 0; i < kPlaces; ++i) values_[i] = filter.value(static_cast<double>(i) / places_per_px_);
-    values_[kPlaces] = values_[kPlaces + 1] = filter.value(-filter.radius_px());  // a box ends at 1, all others at 0
-  }
-  double radius_px() const { return radius_px_; }
-  // For -radius <= x <= radius.
-  double operator()(double x_px) const {
-    const double place = std::abs(x_px) * places_per_px_;
-    const auto i = std::min(static_cast<size_t>(place), kPlaces);
-    return values_[i] + (place - static_cast<double>(i)) * (values_[i + 1] - values_[i]);
-  }
-
- private:
-  static constexpr size_t kPlaces = 4096;
-  double radius_px_, places_per_px_;
-  std::vector<double> values_;
-};
 
 // What remains of a sample until it is splatted.
 struct Kept {
@@ -56,7 +38,7 @@ struct Reach {
   int first, past;
   std::array<double, kMost> weights;
 
-  Reach(const FilterTable& filter, double x, int low, int high)
+  Reach(const ReconstructionTable& filter, double x, int low, int high)
       : first(std::max(low, static_cast<int>(std::floor(x - filter.radius_px() - .5)) + 1)),
         past(std::min(high, static_cast<int>(std::floor(x + filter.radius_px() - .5)) + 1)) {
     for (int p = first; p < past; ++p) weights[static_cast<size_t>(p - first)] = filter(x - p - .5);
@@ -68,10 +50,11 @@ struct Reach {
 // its samples pass by pass, row by row and from left to right, whoever owns it.
 class Splatting {
  public:
-  Splatting(SampleTaker& taker, const PixelPoints& points, const ReconstructionFilter& filter, float footprint_px)
+  Splatting(SampleTaker& taker, const PixelPoints& points, const ReconstructionFilter& filter,
+            const ReconstructionTable& table, float footprint_px)
       : taker_(taker),
         points_(points),
-        filter_(filter),
+        filter_(table),
         is_signed_(filter.is_signed()),
         footprint_px_(footprint_px),
         width_(taker.film().width()),
@@ -108,13 +91,19 @@ class Splatting {
     return true;
   }
 
-  std::vector<std::array<double, 3>> colour() const {
+  // `film` is the one that samples were added to.
+  std::vector<std::array<double, 3>> colour(const Film& film) const {
     std::vector<std::array<double, 3>> colour(sums_.size());
     for (size_t p = 0; p < colour.size(); ++p) {
-      const auto& sum = sums_[p].sum;
-      const bool cancel = is_signed_ && signed_weights_[p].cancel();
-      for (size_t c = 0; c < 3; ++c)
-        colour[p][c] = cancel ? signed_weights_[p].nearest[c] : sum[3] != 0 ? sum[c] / sum[3] : 0;
+      const auto& [red, green, blue, weight] = sums_[p].sum;
+      if (weight == 0) {  // a filter narrower than a pixel may meet no sample
+        colour[p] = film.mean(p);
+      } else if (is_signed_ && signed_weights_[p].cancel()) {
+        const std::array<float, 3>& nearest = signed_weights_[p].nearest;
+        colour[p] = {nearest[0], nearest[1], nearest[2]};
+      } else {
+        colour[p] = {red / weight, green / weight, blue / weight};
+      }
     }
     return colour;
   }
@@ -194,7 +183,7 @@ class Splatting {
 
   SampleTaker& taker_;
   const PixelPoints& points_;
-  const FilterTable filter_;
+  const ReconstructionTable& filter_;
   const bool is_signed_;
   const float footprint_px_;
   const int width_, height_, border_;
@@ -219,14 +208,14 @@ class Splat final : public FilteredPoints {
   RenderResult render(const Source& source, const RenderOptions& options) const override {
     constexpr uint32_t kAtOnce = 16;  // samples per pixel in a pass; the first has one, so that all is covered soon
     SampleTaker taker(*this, source, options);
-    Splatting splatting(taker, points(), filter(), footprint_px());
+    Splatting splatting(taker, points(), filter(), table(), footprint_px());
     for (uint32_t first = 0, last = 1; first < spp(); first = last, last = std::min(spp(), last + kAtOnce)) {
       const bool done = splatting.pass(first, last);
       taker.end_pass();
       if (!done) break;
     }
     RenderResult result = taker.finish();
-    result.colour = splatting.colour();
+    result.colour = splatting.colour(result.film);
     return result;
   }
 };

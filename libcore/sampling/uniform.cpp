@@ -14,7 +14,8 @@ const StrategyInfo kInfo{
     "is "
     "small. divide=weights divides by the sum of the weights, so that a constant stays one; where they cancel, the "
     "sample nearest to the centre is taken. divide=integral divides by what that sum is in the mean: unbiased, but a "
-    "constant gets noise. See splat and importance.",
+    "constant gets noise. A variance that is asked for is that of the weighted samples, undivided. See splat and "
+    "importance.",
     FilteredPoints::params({choice_param("divide", "by what the weighted sum is divided", {"weights", "integral"})})};
 
 class Uniform final : public FilteredPoints {
@@ -30,10 +31,10 @@ class Uniform final : public FilteredPoints {
     const auto weigh = [&](std::span<const SampleRequest> requests, std::span<Sample> samples) {
       for (size_t i = 0; i < requests.size(); ++i) {
         const SampleRequest& r = requests[i];
-        const double w = weight(r);
+        const double x = r.x - r.pixel_x - .5, y = r.y - r.pixel_y - .5, w = filter().value(x) * filter().value(y);
         if (by_weights_ && usable(samples[i]))
-          weights[static_cast<size_t>(r.pixel_y) * width + static_cast<size_t>(r.pixel_x)].add(
-              w, r.x - r.pixel_x - .5, r.y - r.pixel_y - .5, samples[i].rgb);
+          weights[static_cast<size_t>(r.pixel_y) * width + static_cast<size_t>(r.pixel_x)].add(w, x, y,
+                                                                                               samples[i].rgb);
         for (float& v : samples[i].rgb) v = static_cast<float>(v * factor * w);
       }
     };

@@ -354,10 +354,13 @@ TEST_F(Render, ExtremeShapesWork) {
 
 TEST_F(Render, StrategiesAreListedAndExplained) {
   const std::string list = expect_success({"list", "strategies"}).out;
-  for (const char* name : {"control", "grid", "sobol-owen", "variance"}) {
+  for (const char* name : {"control", "grid", "sobol-owen", "variance", "splat"}) {
     EXPECT_NE(list.find(name), std::string::npos) << list;
     EXPECT_NE(expect_success({"help", name}).out.find(name), std::string::npos);
   }
+  EXPECT_NE(
+      expect_success({"help", "splat"}).out.find("filter=gaussian  the reconstruction filter (box, box2, tent, "),
+      std::string::npos);
   EXPECT_EQ(expect_success({"help", "grid", "--json"}).json()["parameters"][0]["name"], "n");
   // A line for the heading, then one for each.
   EXPECT_EQ(expect_success({"list", "strategies", "--json"}).json()["strategies"].size() + 1,

@@ -77,6 +77,12 @@ TEST(Reconstruction, ValuesAreThePublishedOnes) {
         const double x = k / 100. * 1.0000001, value = std::abs(x) < expected.radius_px ? expected.f(std::abs(x)) : 0;
         ASSERT_NEAR(f.value(x * scale), value, 2e-15) << expected.name << " at " << x;
       }
+      const ReconstructionTable table(f);
+      for (int k = -400; k <= 400; ++k) {
+        const double x = k / 400.00001 * f.radius_px();
+        ASSERT_NEAR(table(x), f.value(x), 6e-7) << expected.name << " at " << x;
+        ASSERT_EQ(table(x) < 0, f.value(x) < 0) << expected.name << " at " << x;
+      }
       EXPECT_EQ(f.value(f.radius_px()), 0);
       EXPECT_EQ(f.value(-std::nextafter(f.radius_px(), 10)), 0);
       EXPECT_EQ(f.value(NAN), 0);

@@ -59,6 +59,7 @@ struct Strip {
   triad_strip strip{};
   Strip(const Picture& picture, triad_rect r, int edge) {
     const auto inside = [&](int i, int size) {
+      if (edge == TRIAD_EDGE_CLAMP) return std::clamp(i, 0, size - 1);
       if (edge == TRIAD_EDGE_ZERO) return i >= 0 && i < size ? i : -1;
       const int period = edge == TRIAD_EDGE_MIRROR ? 2 * size : size;
       const int k = ((i % period) + period) % period;
