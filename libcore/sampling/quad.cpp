@@ -44,7 +44,7 @@ std::vector<StrategyParam> with_common(std::vector<StrategyParam> own) {
        .03, true},
       choice_param("ids", "whether to go on where neighbours are different objects", {"off", "on"}),
       {"spp", "samples at each place, for noisy light", 1, 1 << 16, 1},
-      choice_param("noise", "random numbers of each ray's own, or the same for all", {"own", "shared"})};
+      choice_param("noise", "the same random numbers for all rays, or own ones", {"shared", "own"})};
   params.insert(params.end(), own.begin(), own.end());
   return params;
 }
@@ -89,7 +89,7 @@ class Levels final : public StrategyBase {
         under_(static_cast<int>(whole("under"))),
         over_(static_cast<int>(whole("over"))),
         spp_(whole("spp")),
-        shared_(whole("noise") == 1),
+        shared_(whole("noise") == 0),
         triangular_(&info == &kTri),
         last_is_square_(triangular_ && whole("finest") == 1),
         thresholds_{value("colour"), value("position"), !std::isinf(value("position")), whole("ids") == 1} {}
@@ -143,14 +143,15 @@ class Levels final : public StrategyBase {
   }
 
   // The first number of a cell's samples: those of a pixel all have numbers of their own, unless the last cell of a
-  // shifted row, which is beyond the film, lends its samples to the pixel before it.
+  // shifted row, which is beyond the film, lends its samples to the pixel before it. The finest level comes first,
+  // and so has the numbers of a picture that is fully sampled, by control or grid.
   uint32_t first_index(int level, int x, int y) const {
     if (shared_) return 0;
-    if (level >= 0) return static_cast<uint32_t>(under_ - level) * spp_;
-    const uint32_t finer = static_cast<uint32_t>(-level), mask = (1u << finer) - 1;
-    const uint32_t coarser = ((1u << (2 * finer)) - 4) / 3;  // cells in a pixel of the levels between: 4 + 16 + ...
-    const uint32_t place = ((static_cast<uint32_t>(y) & mask) << finer) + (static_cast<uint32_t>(x) & mask);
-    return (static_cast<uint32_t>(under_) + 1 + coarser + place) * spp_;
+    const int finer = std::max(0, -level), side = 1 << finer;
+    // 4^(finer + 1) + ... + 4^over: cells in a pixel of the finer levels.
+    uint32_t cell = ((4u << (2 * over_)) - (4u << (2 * finer))) / 3;
+    cell += static_cast<uint32_t>(level > 0 ? level : (y & (side - 1)) * side + (x & (side - 1)));
+    return cell * spp_;
   }
 
   // Samples of one thread, for cells in any number.
