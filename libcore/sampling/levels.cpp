@@ -10,7 +10,7 @@ namespace {
 
 constexpr float kNearest = 1e-30f;  // scene units; so that a hit at the viewer divides by no zero
 
-int cells(int film_px, double cell_px) { return static_cast<int>(std::ceil(film_px / cell_px)); }
+int cells_along(int film_px, double cell_px) { return static_cast<int>(std::ceil(film_px / cell_px)); }
 
 int floor_quarter(int n) { return n >> 2; }
 
@@ -47,14 +47,15 @@ TRIAD_INLINE_BODY inline void add_differences(int width, const float* __restrict
 }  // namespace
 
 Lattice::Lattice(int film_width, int film_height, double side_px, bool shift)
-    : width(cells(film_width, side_px)), height(cells(film_height, side_px)), cell_px(side_px), shifted(shift) {}
+    : width(cells_along(film_width, side_px)),
+      height(cells_along(film_height, side_px)),
+      cell_px(side_px),
+      shifted(shift) {}
 
 Level::Level(const Lattice& lattice, bool geometry)
     : lattice_(lattice), geometry_(geometry), stride_(static_cast<size_t>(lattice.width) + 2) {
-  const size_t n = stride_ * static_cast<size_t>(lattice.height);
-  for (int p = 0; p < (geometry ? kPlanes : kDistance); ++p) planes_[p].resize(n);
-  if (geometry) ids_.resize(n);
-  reasons_.resize(n);
+  for (int p = 0; p < (geometry ? kPlanes : kDistance); ++p) planes_[p].resize(cells());
+  if (geometry) ids_.resize(cells());
 }
 
 bool Level::set(int x, int y, std::span<const Sample> samples) {
@@ -93,6 +94,7 @@ void Level::repeat_border(int y) {
 }
 
 void Level::judge(const LevelThresholds& thresholds) {
+  reasons_.resize(cells());
   parallel_for(lattice_.height, [&](int64_t y) { repeat_border(static_cast<int>(y)); });
   parallel_for(lattice_.height, [&](int64_t y) {
     const int row = static_cast<int>(y);

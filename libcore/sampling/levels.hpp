@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <triad/numeric/huge_pages.hpp>
 #include <triad/sampling/source.hpp>
 #include <vector>
 
@@ -75,6 +76,8 @@ class Level {
  private:
   enum Plane { kRed, kGreen, kBlue, kKnown, kDistance, kX, kY, kZ, kHit, kPlanes };
 
+  // With the borders.
+  size_t cells() const { return stride_ * static_cast<size_t>(lattice_.height); }
   // One column more on either side, so that loops need no care at borders.
   size_t at(int x, int y) const { return static_cast<size_t>(y) * stride_ + static_cast<size_t>(x + 1); }
   float* plane(Plane p) { return planes_[p].data(); }
@@ -86,9 +89,11 @@ class Level {
   bool geometry_;
   size_t stride_;
   // Where nothing is known or hit, 0: sums leave it out by themselves.
-  std::vector<float> planes_[kPlanes];
-  std::vector<uint32_t> ids_;
-  std::vector<uint8_t> reasons_;
+  template <class T>
+  using Values = std::vector<T, HugePageAllocator<T>>;
+  Values<float> planes_[kPlanes];
+  Values<uint32_t> ids_;
+  Values<uint8_t> reasons_;  // of a level that was judged
 };
 
 }  // namespace triad

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr size_t kBatch = 256;  // samples asked for at once
-constexpr int kBandPx = 8;      // rows of pixels that a thread takes at once
+constexpr int kBlock = 8;       // side of the squares of cells that are sampled one after another
 
 const std::string kDoc =
     "One ray for each square of 2^under pixels first. Then level by level, with half the side: a cell is sampled if "
@@ -24,15 +24,15 @@ const std::string kDoc =
     "of the places that rays met, divided by their distance, at most `position`; with ids=on all neighbours must "
     "also "
     "be the same object. `over` levels lie above the picture's own and are averaged. Thresholds are in linear light: "
-    "in a picture with values far above 1, raise `colour` with them. An object smaller than a coarse cell is missed "
-    "if "
-    "no ray meets it: then take less `under`. Noise looks like detail. With noise=shared, all rays draw the same "
-    "random numbers, so that lamps are met at the same places from everywhere and shadows are sharp copies of "
-    "themselves, as many as spp says; the expected error of a pixel is that of noise=own. Without geometry, as in "
-    "functions and picture files, only colours count. The reasons (--aov reasons) are a picture: green is the share "
-    "of "
-    "a pixel's samples taken for colour, blue for position, red for ids. Other planes, depth for instance, are empty "
-    "where no ray was sent.";
+    "in a picture with values far above 1, raise `colour` with them.\n\n"
+    "An object smaller than a coarse cell is missed if no ray meets it: then take less `under`. Noise looks like "
+    "detail, and so with noise=shared all rays draw the same random numbers: lamps are met at the same places from "
+    "everywhere, and soft shadows become as many sharp ones as spp says. A pixel's expected error is that of "
+    "noise=own, which samples nearly everything in pictures with soft light and small spp. But the cells of `over` "
+    "then share their noise, too: with soft light, take spp=16 or more, or noise=own.\n\n"
+    "Without geometry, as in functions and picture files, only colours count. The reasons (--aov reasons) are a "
+    "picture: green is the share of a pixel's finest cells that were sampled for colour, blue for position, red for "
+    "ids. Other planes, depth for instance, are empty where no ray was sent.";
 
 std::vector<StrategyParam> with_common(std::vector<StrategyParam> own) {
   std::vector<StrategyParam> params{
@@ -200,18 +200,19 @@ class Levels final : public StrategyBase {
   };
 
   // Interpolates, then samples what the level above asks for, or everything. What cannot be sampled, be it not valid
-  // or be the render stopped, stays interpolated. Threads take whole rows of pixels, and so different ones.
+  // or be the render stopped, stays interpolated. Threads take whole rows of pixels, and so different ones; they go
+  // through them in squares, so that rays at the same edge come together.
   void refine(SampleTaker& taker, Level& level, const Level* above, int number) const {
-    const Lattice& lattice = level.lattice();
-    const int64_t rows = number >= 0 ? std::max(1, kBandPx >> number) : kBandPx << -number;
-    parallel_for((lattice.height + rows - 1) / rows, [&](int64_t band) {
+    const int width = level.lattice().width, height = level.lattice().height;
+    const int rows = std::max(kBlock, 1 << std::max(0, -number));
+    parallel_for((height + rows - 1) / rows, [&](int64_t band) {
+      const int y0 = static_cast<int>(band) * rows, y1 = std::min(y0 + rows, height);
+      for (int y = y0; y < y1 && above; ++y) level.interpolate_row(y, *above);
       Queue queue(*this, taker, level, number);
-      for (int64_t row = band * rows; row < std::min<int64_t>((band + 1) * rows, lattice.height); ++row) {
-        const int y = static_cast<int>(row);
-        if (above) level.interpolate_row(y, *above);
-        for (int x = 0; x < lattice.width; ++x)
-          if (!above || reason(level, x, y, *above) != LevelReason::kNone) queue.add(x, y);
-      }
+      for (int x0 = 0; x0 < width; x0 += kBlock)
+        for (int y = y0; y < y1; ++y)
+          for (int x = x0; x < std::min(x0 + kBlock, width); ++x)
+            if (!above || reason(level, x, y, *above) != LevelReason::kNone) queue.add(x, y);
       queue.flush();
     });
     taker.end_pass();

@@ -89,27 +89,28 @@ std::unique_ptr<raytracer::SceneSource> open_scene(const std::string& name, cons
 }
 
 void measure(const PictureSize& size, int truth_spp, int runs) {
-  fmt::print("{:8} {:16} {:64} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "scene", "effects",
-             "strategy", "samples", "of full", "rmse", "of full", "shown", "of full", "same", "seconds", "of full");
+  fmt::print("{:8} {:16} {:64} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "scene", "effects",
+             "strategy", "samples", "of full", "rmse", "of full", "shown", "of full", "same", "dB", "seconds",
+             "of full");
   std::map<std::pair<std::string, std::string>, Picture> truths;
   for (std::string line; std::getline(std::cin, line);) {
     std::istringstream words(line);
     std::string scene, effects, spp, noise, strategy;
     if (!(words >> scene >> effects >> spp >> noise >> strategy)) continue;
     const std::string common = ",spp=" + spp + ",noise=" + noise, tested = strategy + common;
+    // Lights of the same kind as far as that can be: grid has one sample at each of its places, and own numbers.
     const size_t over = strategy.find("over=");
-    const std::string full = "quad:under=0,over=0,position=inf" + common,
-                      finer =
-                          "grid:n=" + std::to_string(1 << (over == std::string::npos ? 0 : strategy[over + 5] - '0'));
+    const std::string full = over == std::string::npos
+                                 ? "quad:under=0,position=inf" + common
+                                 : "grid:n=" + std::to_string(1 << std::stoi(strategy.substr(over + 5)));
     const auto with = open_scene(scene, effects, size, true), without = open_scene(scene, effects, size, false);
     Picture& truth = truths[{scene, effects}];
     if (truth.empty()) truth = render("sobol-owen:spp=" + std::to_string(truth_spp), *without, 1000).picture;
-    const bool plain = over != std::string::npos;
-    std::vector<double> seconds, full_seconds, same;
+    std::vector<double> seconds, full_seconds, same, to_full_db;
     std::vector<double> errors[2], full_errors[2];  // as they are, as shown
     uint64_t samples = 0, full_samples = 0;
     for (int i = 0; i < std::max(runs, kSeeds); ++i) {
-      const Run a = render(plain ? finer : full, *without, static_cast<uint64_t>(i % kSeeds)),
+      const Run a = render(full, *without, static_cast<uint64_t>(i % kSeeds)),
                 b = render(tested, *with, static_cast<uint64_t>(i % kSeeds));
       seconds.push_back(b.seconds);
       full_seconds.push_back(a.seconds);
@@ -122,13 +123,14 @@ void measure(const PictureSize& size, int truth_spp, int runs) {
         full_errors[shown].push_back(rmse(a.picture, truth, most));
       }
       same.push_back(share_unchanged(a.picture, b.picture));
+      to_full_db.push_back(-20 * std::log10(rmse(a.picture, b.picture, 1)));
     }
     const double error = median(errors[0]), shown = median(errors[1]);
-    fmt::print("{:8} {:16} {:64} {:8} {:7.1f}% {:8.5f} {:7.1f}% {:8.5f} {:7.1f}% {:7.1f}% {:8.4f} {:7.1f}%\n", scene,
-               effects, tested, samples / kSeeds,
+    fmt::print("{:8} {:16} {:64} {:8} {:7.1f}% {:8.5f} {:7.1f}% {:8.5f} {:7.1f}% {:7.1f}% {:8.1f} {:8.4f} {:7.1f}%\n",
+               scene, effects, tested, samples / kSeeds,
                100. * static_cast<double>(samples) / static_cast<double>(full_samples), error,
                100 * error / median(full_errors[0]), shown, 100 * shown / median(full_errors[1]), 100 * median(same),
-               median(seconds), 100 * median(seconds) / median(full_seconds));
+               median(to_full_db), median(seconds), 100 * median(seconds) / median(full_seconds));
     std::cout.flush();
   }
 }
