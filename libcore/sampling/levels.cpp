@@ -171,10 +171,6 @@ void Level::judge_row(int y, const LevelThresholds& thresholds) {
   }
 }
 
-int Level::parent_x(int x, int y, const Lattice& above) const {
-  return std::clamp(floor_quarter(2 * x + 1 + lattice_.shift(y) - 2 * above.shift(y >> 1)), 0, above.width - 1);
-}
-
 void Level::interpolate_row(int y, const Level& above) {
   // In halves of this lattice's cells, and from the first centre above: rows and columns are between two of a quarter
   // of such a number, rounded down, and the next one.
@@ -215,30 +211,13 @@ void Level::interpolate_row(int y, const Level& above) {
       known = 1;
     }
     if (!geometry_) continue;
-    const size_t parent = above.at(parent_x(x, y, above.lattice_), y >> 1);
+    const size_t parent = above.parent(lattice_, x, y);
     float& hit = plane(kHit)[i];
     const float share = hit;
     hit = above.plane(kHit)[parent];
     for (int p = kDistance; p <= kZ; ++p) planes_[p][i] = hit > 0 ? planes_[p][i] / share : 0;
     ids_[i] = above.ids_[parent];
   }
-}
-
-Level::Weighted Level::at_centre(int x, int y) const {
-  Weighted result;
-  const auto add = [&](int column, float weight) {
-    const size_t i = at(column, y);
-    const float known = weight * plane(kKnown)[i];
-    result.weight += known;
-    for (int c = 0; c < 3; ++c) result.sum[c] += known * planes_[kRed + c][i];
-  };
-  if (lattice_.shift(y)) {
-    add(std::max(0, x - 1), .5f);
-    add(x, .5f);
-  } else {
-    add(x, 1);
-  }
-  return result;
 }
 
 }  // namespace triad

@@ -212,14 +212,10 @@ class Levels final : public StrategyBase {
       for (int x0 = 0; x0 < width; x0 += kBlock)
         for (int y = y0; y < y1; ++y)
           for (int x = x0; x < std::min(x0 + kBlock, width); ++x)
-            if (!above || reason(level, x, y, *above) != LevelReason::kNone) queue.add(x, y);
+            if (!above || above->reason_for(level.lattice(), x, y) != LevelReason::kNone) queue.add(x, y);
       queue.flush();
     });
     taker.end_pass();
-  }
-
-  static LevelReason reason(const Level& level, int x, int y, const Level& above) {
-    return above.reason(level.parent_x(x, y, above.lattice()), y >> 1);
   }
 
   void resolve(const Level& finest, RenderResult& result) const {
@@ -251,7 +247,8 @@ class Levels final : public StrategyBase {
       for (int x = 0; x < width; ++x) {
         std::array<int, 5> cells{};
         for (int v = y * side; v < (y + 1) * side; ++v)
-          for (int u = x * side; u < (x + 1) * side; ++u) ++cells[static_cast<size_t>(reason(finest, u, v, *above))];
+          for (int u = x * side; u < (x + 1) * side; ++u)
+            ++cells[static_cast<size_t>(above->reason_for(finest.lattice(), u, v))];
         const LevelReason red_green_blue[] = {LevelReason::kId, LevelReason::kColour, LevelReason::kPosition};
         for (size_t c = 0; c < 3; ++c)
           result.reasons[c][result.film.pixel(x, y)] =

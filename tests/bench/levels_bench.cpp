@@ -2,11 +2,12 @@
 // What quad and tri save on the bundled scenes, and what it costs in quality: samples, seconds, error against the
 // filtered truth, and the share of pixels as in the full-resolution picture, which has one place of samples at the
 // centre of each pixel of the finest level.
-//   levels_bench [WIDTHxHEIGHT [TRUTH_SPP [RUNS]]] < CASES
+//   levels_bench [WIDTHxHEIGHT [TRUTH_SPP [RUNS]]] < tests/bench/levels_cases.txt
 // with a case a line: SCENE EFFECTS SPP NOISE STRATEGY:key=value...; - for the effects that the scene calls for.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <ctime>
 #include <iostream>
@@ -27,25 +28,45 @@ constexpr int kSeeds = 3;
 
 using Picture = std::vector<std::array<double, 3>>;
 
+// Seconds of the processor, of this thread or summed over this process's threads: they leave out what other programs
+// take.
+double now_s(clockid_t clock = CLOCK_PROCESS_CPUTIME_ID) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 struct Run {
   Picture picture;
   uint64_t samples = 0;
-  double seconds = 0;
+  double seconds = 0, ray_seconds = 0;
 };
 
-// Seconds of the processor, summed over this process's threads: they leave out what other programs take.
-double now_s() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
+class TimedSource final : public Source {
+ public:
+  explicit TimedSource(const Source& source) : source_(source) {}
+  int width() const override { return source_.width(); }
+  int height() const override { return source_.height(); }
+  SourceAbilities abilities() const override { return source_.abilities(); }
+  void eval(std::span<const SampleRequest> requests, std::span<Sample> samples) const override {
+    const double start_s = now_s(CLOCK_THREAD_CPUTIME_ID);
+    source_.eval(requests, samples);
+    nanoseconds_ += std::llround(1e9 * (now_s(CLOCK_THREAD_CPUTIME_ID) - start_s));
+  }
+  double seconds() const { return 1e-9 * static_cast<double>(nanoseconds_); }
+
+ private:
+  const Source& source_;
+  mutable std::atomic<int64_t> nanoseconds_{0};
+};
 
 Run render(const std::string& strategy, const Source& source, uint64_t seed) {
   RenderOptions options;
   options.seed = seed;
+  const TimedSource timed(source);
   const double start_s = now_s();
-  const RenderResult result = make_strategy(strategy, "levels_bench")->render(source, options);
-  Run run{{}, result.samples, now_s() - start_s};
+  const RenderResult result = make_strategy(strategy, "levels_bench")->render(timed, options);
+  Run run{{}, result.samples, now_s() - start_s, timed.seconds()};
   for (size_t p = 0; p < result.film.pixels(); ++p) run.picture.push_back(result.mean(p));
   return run;
 }
@@ -89,9 +110,9 @@ std::unique_ptr<raytracer::SceneSource> open_scene(const std::string& name, cons
 }
 
 void measure(const PictureSize& size, int truth_spp, int runs) {
-  fmt::print("{:8} {:16} {:64} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "scene", "effects",
-             "strategy", "samples", "of full", "rmse", "of full", "shown", "of full", "same", "dB", "seconds",
-             "of full");
+  fmt::print("{:8} {:16} {:64} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "scene",
+             "effects", "strategy", "samples", "of full", "rmse", "of full", "shown", "of full", "same", "dB",
+             "seconds", "of full", "own");
   std::map<std::pair<std::string, std::string>, Picture> truths;
   for (std::string line; std::getline(std::cin, line);) {
     std::istringstream words(line);
@@ -106,13 +127,14 @@ void measure(const PictureSize& size, int truth_spp, int runs) {
     const auto with = open_scene(scene, effects, size, true), without = open_scene(scene, effects, size, false);
     Picture& truth = truths[{scene, effects}];
     if (truth.empty()) truth = render("sobol-owen:spp=" + std::to_string(truth_spp), *without, 1000).picture;
-    std::vector<double> seconds, full_seconds, same, to_full_db;
+    std::vector<double> seconds, full_seconds, same, to_full_db, own;
     std::vector<double> errors[2], full_errors[2];  // as they are, as shown
     uint64_t samples = 0, full_samples = 0;
     for (int i = 0; i < std::max(runs, kSeeds); ++i) {
       const Run a = render(full, *without, static_cast<uint64_t>(i % kSeeds)),
                 b = render(tested, *with, static_cast<uint64_t>(i % kSeeds));
       seconds.push_back(b.seconds);
+      own.push_back(1 - b.ray_seconds / b.seconds);
       full_seconds.push_back(a.seconds);
       if (i >= kSeeds) continue;
       samples += b.samples;
@@ -126,11 +148,13 @@ void measure(const PictureSize& size, int truth_spp, int runs) {
       to_full_db.push_back(-20 * std::log10(rmse(a.picture, b.picture, 1)));
     }
     const double error = median(errors[0]), shown = median(errors[1]);
-    fmt::print("{:8} {:16} {:64} {:8} {:7.1f}% {:8.5f} {:7.1f}% {:8.5f} {:7.1f}% {:7.1f}% {:8.1f} {:8.4f} {:7.1f}%\n",
-               scene, effects, tested, samples / kSeeds,
-               100. * static_cast<double>(samples) / static_cast<double>(full_samples), error,
-               100 * error / median(full_errors[0]), shown, 100 * shown / median(full_errors[1]), 100 * median(same),
-               median(to_full_db), median(seconds), 100 * median(seconds) / median(full_seconds));
+    fmt::print(
+        "{:8} {:16} {:64} {:8} {:7.1f}% {:8.5f} {:7.1f}% {:8.5f} {:7.1f}% {:7.1f}% {:8.1f} {:8.4f} {:7.1f}% "
+        "{:7.1f}%\n",
+        scene, effects, tested, samples / kSeeds,
+        100. * static_cast<double>(samples) / static_cast<double>(full_samples), error,
+        100 * error / median(full_errors[0]), shown, 100 * shown / median(full_errors[1]), 100 * median(same),
+        median(to_full_db), median(seconds), 100 * median(seconds) / median(full_seconds), 100 * median(own));
     std::cout.flush();
   }
 }
