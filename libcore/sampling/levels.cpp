@@ -10,7 +10,7 @@ namespace {
 
 constexpr float kNearest = 1e-30f;  // scene units; so that a hit at the viewer divides by no zero
 
-int cells(int film_px, double cell_px) { return static_cast<int>(std::ceil(film_px / cell_px)); }
+int cells_along(int film_px, double cell_px) { return static_cast<int>(std::ceil(film_px / cell_px)); }
 
 int floor_quarter(int n) { return n >> 2; }
 
@@ -47,14 +47,15 @@ TRIAD_INLINE_BODY inline void add_differences(int width, const float* __restrict
 }  // namespace
 
 Lattice::Lattice(int film_width, int film_height, double side_px, bool shift)
-    : width(cells(film_width, side_px)), height(cells(film_height, side_px)), cell_px(side_px), shifted(shift) {}
+    : width(cells_along(film_width, side_px)),
+      height(cells_along(film_height, side_px)),
+      cell_px(side_px),
+      shifted(shift) {}
 
 Level::Level(const Lattice& lattice, bool geometry)
     : lattice_(lattice), geometry_(geometry), stride_(static_cast<size_t>(lattice.width) + 2) {
-  const size_t n = stride_ * static_cast<size_t>(lattice.height);
-  for (int p = 0; p < (geometry ? kPlanes : kDistance); ++p) planes_[p].resize(n);
-  if (geometry) ids_.resize(n);
-  reasons_.resize(n);
+  for (int p = 0; p < (geometry ? kPlanes : kDistance); ++p) planes_[p].resize(cells());
+  if (geometry) ids_.resize(cells());
 }
 
 bool Level::set(int x, int y, std::span<const Sample> samples) {
@@ -93,6 +94,7 @@ void Level::repeat_border(int y) {
 }
 
 void Level::judge(const LevelThresholds& thresholds) {
+  reasons_.resize(cells());
   parallel_for(lattice_.height, [&](int64_t y) { repeat_border(static_cast<int>(y)); });
   parallel_for(lattice_.height, [&](int64_t y) {
     const int row = static_cast<int>(y);
@@ -169,10 +171,6 @@ void Level::judge_row(int y, const LevelThresholds& thresholds) {
   }
 }
 
-int Level::parent_x(int x, int y, const Lattice& above) const {
-  return std::clamp(floor_quarter(2 * x + 1 + lattice_.shift(y) - 2 * above.shift(y >> 1)), 0, above.width - 1);
-}
-
 void Level::interpolate_row(int y, const Level& above) {
   // In halves of this lattice's cells, and from the first centre above: rows and columns are between two of a quarter
   // of such a number, rounded down, and the next one.
@@ -213,30 +211,13 @@ void Level::interpolate_row(int y, const Level& above) {
       known = 1;
     }
     if (!geometry_) continue;
-    const size_t parent = above.at(parent_x(x, y, above.lattice_), y >> 1);
+    const size_t parent = above.parent(lattice_, x, y);
     float& hit = plane(kHit)[i];
     const float share = hit;
     hit = above.plane(kHit)[parent];
     for (int p = kDistance; p <= kZ; ++p) planes_[p][i] = hit > 0 ? planes_[p][i] / share : 0;
     ids_[i] = above.ids_[parent];
   }
-}
-
-Level::Weighted Level::at_centre(int x, int y) const {
-  Weighted result;
-  const auto add = [&](int column, float weight) {
-    const size_t i = at(column, y);
-    const float known = weight * plane(kKnown)[i];
-    result.weight += known;
-    for (int c = 0; c < 3; ++c) result.sum[c] += known * planes_[kRed + c][i];
-  };
-  if (lattice_.shift(y)) {
-    add(std::max(0, x - 1), .5f);
-    add(x, .5f);
-  } else {
-    add(x, 1);
-  }
-  return result;
 }
 
 }  // namespace triad

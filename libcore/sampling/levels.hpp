@@ -3,9 +3,11 @@
 // are made of. After the thesis "Tri-Adaptive Sampling" and Lawlor and Genetti's multi-resolution rendering (2014).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
+#include <triad/numeric/huge_pages.hpp>
 #include <triad/sampling/source.hpp>
 #include <vector>
 
@@ -55,14 +57,15 @@ class Level {
   // cell that is not known do not count; a cell without pairs, or not known itself, has the reason kUnknown. Cells of
   // which some hit and some miss differ in position by infinity.
   void judge(const LevelThresholds& thresholds);
-  LevelReason reason(int x, int y) const { return static_cast<LevelReason>(reasons_[at(x, y)]); }
+  // Of the cell here in which one of `finer` lies, whose cells are half as large.
+  LevelReason reason_for(const Lattice& finer, int x, int y) const {
+    return static_cast<LevelReason>(reasons_[parent(finer, x, y)]);
+  }
 
   // Fills a row of this lattice from one of cells twice as large: linear along its rows, then between them, which for
   // lattices without shift is bilinear. Cells that are not known take no part. What a cell hit is that of the cell
   // that it lies in, and position and distance are means over those that hit.
   void interpolate_row(int y, const Level& above);
-  // The cell above that a cell lies in; its reasons are those of this one.
-  int parent_x(int x, int y, const Lattice& above) const;
 
   // At a cell's centre: its own colour, or in a shifted row the mean of those to the left and right. `weight` is 0 if
   // nothing is known there, and `sum` the colour times the weight.
@@ -70,13 +73,32 @@ class Level {
     std::array<float, 3> sum{};
     float weight = 0;
   };
-  Weighted at_centre(int x, int y) const;
+  Weighted at_centre(int x, int y) const {
+    Weighted result;
+    if (lattice_.shift(y)) {
+      add(result, at(std::max(0, x - 1), y), .5f);
+      add(result, at(x, y), .5f);
+    } else {
+      add(result, at(x, y), 1);
+    }
+    return result;
+  }
 
  private:
   enum Plane { kRed, kGreen, kBlue, kKnown, kDistance, kX, kY, kZ, kHit, kPlanes };
 
+  // With the borders.
+  size_t cells() const { return stride_ * static_cast<size_t>(lattice_.height); }
   // One column more on either side, so that loops need no care at borders.
   size_t at(int x, int y) const { return static_cast<size_t>(y) * stride_ + static_cast<size_t>(x + 1); }
+  size_t parent(const Lattice& finer, int x, int y) const {
+    return at((2 * x + 1 + finer.shift(y) - 2 * lattice_.shift(y >> 1)) >> 2, y >> 1);
+  }
+  void add(Weighted& result, size_t cell, float weight) const {
+    const float known = weight * planes_[kKnown][cell];
+    result.weight += known;
+    for (size_t c = 0; c < 3; ++c) result.sum[c] += known * planes_[kRed + c][cell];
+  }
   float* plane(Plane p) { return planes_[p].data(); }
   const float* plane(Plane p) const { return planes_[p].data(); }
   void repeat_border(int y);
@@ -86,9 +108,11 @@ class Level {
   bool geometry_;
   size_t stride_;
   // Where nothing is known or hit, 0: sums leave it out by themselves.
-  std::vector<float> planes_[kPlanes];
-  std::vector<uint32_t> ids_;
-  std::vector<uint8_t> reasons_;
+  template <class T>
+  using Values = std::vector<T, HugePageAllocator<T>>;
+  Values<float> planes_[kPlanes];
+  Values<uint32_t> ids_;
+  Values<uint8_t> reasons_;  // of a level that was judged
 };
 
 }  // namespace triad

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr size_t kBatch = 256;  // samples asked for at once
-constexpr int kBandPx = 8;      // rows of pixels that a thread takes at once
+constexpr int kBlock = 8;       // side of the squares of cells that are sampled one after another
 
 const std::string kDoc =
     "One ray for each square of 2^under pixels first. Then level by level, with half the side: a cell is sampled if "
@@ -24,15 +24,15 @@ const std::string kDoc =
     "of the places that rays met, divided by their distance, at most `position`; with ids=on all neighbours must "
     "also "
     "be the same object. `over` levels lie above the picture's own and are averaged. Thresholds are in linear light: "
-    "in a picture with values far above 1, raise `colour` with them. An object smaller than a coarse cell is missed "
-    "if "
-    "no ray meets it: then take less `under`. Noise looks like detail. With noise=shared, all rays draw the same "
-    "random numbers, so that lamps are met at the same places from everywhere and shadows are sharp copies of "
-    "themselves, as many as spp says; the expected error of a pixel is that of noise=own. Without geometry, as in "
-    "functions and picture files, only colours count. The reasons (--aov reasons) are a picture: green is the share "
-    "of "
-    "a pixel's samples taken for colour, blue for position, red for ids. Other planes, depth for instance, are empty "
-    "where no ray was sent.";
+    "in a picture with values far above 1, raise `colour` with them.\n\n"
+    "An object smaller than a coarse cell is missed if no ray meets it: then take less `under`. Noise looks like "
+    "detail, and so with noise=shared all rays draw the same random numbers: lamps are met at the same places from "
+    "everywhere, and soft shadows become as many sharp ones as spp says. A pixel's expected error is that of "
+    "noise=own, which samples nearly everything in pictures with soft light and small spp. But the cells of `over` "
+    "then share their noise, too: with soft light, take spp=16 or more, or noise=own.\n\n"
+    "Without geometry, as in functions and picture files, only colours count. The reasons (--aov reasons) are a "
+    "picture: green is the share of a pixel's finest cells that were sampled for colour, blue for position, red for "
+    "ids. Other planes, depth for instance, are empty where no ray was sent.";
 
 std::vector<StrategyParam> with_common(std::vector<StrategyParam> own) {
   std::vector<StrategyParam> params{
@@ -44,7 +44,7 @@ std::vector<StrategyParam> with_common(std::vector<StrategyParam> own) {
        .03, true},
       choice_param("ids", "whether to go on where neighbours are different objects", {"off", "on"}),
       {"spp", "samples at each place, for noisy light", 1, 1 << 16, 1},
-      choice_param("noise", "random numbers of each ray's own, or the same for all", {"own", "shared"})};
+      choice_param("noise", "the same random numbers for all rays, or own ones", {"shared", "own"})};
   params.insert(params.end(), own.begin(), own.end());
   return params;
 }
@@ -89,7 +89,7 @@ class Levels final : public StrategyBase {
         under_(static_cast<int>(whole("under"))),
         over_(static_cast<int>(whole("over"))),
         spp_(whole("spp")),
-        shared_(whole("noise") == 1),
+        shared_(whole("noise") == 0),
         triangular_(&info == &kTri),
         last_is_square_(triangular_ && whole("finest") == 1),
         thresholds_{value("colour"), value("position"), !std::isinf(value("position")), whole("ids") == 1} {}
@@ -143,14 +143,15 @@ class Levels final : public StrategyBase {
   }
 
   // The first number of a cell's samples: those of a pixel all have numbers of their own, unless the last cell of a
-  // shifted row, which is beyond the film, lends its samples to the pixel before it.
+  // shifted row, which is beyond the film, lends its samples to the pixel before it. The finest level comes first,
+  // and so has the numbers of a picture that is fully sampled, by control or grid.
   uint32_t first_index(int level, int x, int y) const {
     if (shared_) return 0;
-    if (level >= 0) return static_cast<uint32_t>(under_ - level) * spp_;
-    const uint32_t finer = static_cast<uint32_t>(-level), mask = (1u << finer) - 1;
-    const uint32_t coarser = ((1u << (2 * finer)) - 4) / 3;  // cells in a pixel of the levels between: 4 + 16 + ...
-    const uint32_t place = ((static_cast<uint32_t>(y) & mask) << finer) + (static_cast<uint32_t>(x) & mask);
-    return (static_cast<uint32_t>(under_) + 1 + coarser + place) * spp_;
+    const int finer = std::max(0, -level), side = 1 << finer;
+    // 4^(finer + 1) + ... + 4^over: cells in a pixel of the finer levels.
+    uint32_t cell = ((4u << (2 * over_)) - (4u << (2 * finer))) / 3;
+    cell += static_cast<uint32_t>(level > 0 ? level : (y & (side - 1)) * side + (x & (side - 1)));
+    return cell * spp_;
   }
 
   // Samples of one thread, for cells in any number.
@@ -199,25 +200,22 @@ class Levels final : public StrategyBase {
   };
 
   // Interpolates, then samples what the level above asks for, or everything. What cannot be sampled, be it not valid
-  // or be the render stopped, stays interpolated. Threads take whole rows of pixels, and so different ones.
+  // or be the render stopped, stays interpolated. Threads take whole rows of pixels, and so different ones; they go
+  // through them in squares, so that rays at the same edge come together.
   void refine(SampleTaker& taker, Level& level, const Level* above, int number) const {
-    const Lattice& lattice = level.lattice();
-    const int64_t rows = number >= 0 ? std::max(1, kBandPx >> number) : kBandPx << -number;
-    parallel_for((lattice.height + rows - 1) / rows, [&](int64_t band) {
+    const int width = level.lattice().width, height = level.lattice().height;
+    const int rows = std::max(kBlock, 1 << std::max(0, -number));
+    parallel_for((height + rows - 1) / rows, [&](int64_t band) {
+      const int y0 = static_cast<int>(band) * rows, y1 = std::min(y0 + rows, height);
+      for (int y = y0; y < y1 && above; ++y) level.interpolate_row(y, *above);
       Queue queue(*this, taker, level, number);
-      for (int64_t row = band * rows; row < std::min<int64_t>((band + 1) * rows, lattice.height); ++row) {
-        const int y = static_cast<int>(row);
-        if (above) level.interpolate_row(y, *above);
-        for (int x = 0; x < lattice.width; ++x)
-          if (!above || reason(level, x, y, *above) != LevelReason::kNone) queue.add(x, y);
-      }
+      for (int x0 = 0; x0 < width; x0 += kBlock)
+        for (int y = y0; y < y1; ++y)
+          for (int x = x0; x < std::min(x0 + kBlock, width); ++x)
+            if (!above || above->reason_for(level.lattice(), x, y) != LevelReason::kNone) queue.add(x, y);
       queue.flush();
     });
     taker.end_pass();
-  }
-
-  static LevelReason reason(const Level& level, int x, int y, const Level& above) {
-    return above.reason(level.parent_x(x, y, above.lattice()), y >> 1);
   }
 
   void resolve(const Level& finest, RenderResult& result) const {
@@ -249,7 +247,8 @@ class Levels final : public StrategyBase {
       for (int x = 0; x < width; ++x) {
         std::array<int, 5> cells{};
         for (int v = y * side; v < (y + 1) * side; ++v)
-          for (int u = x * side; u < (x + 1) * side; ++u) ++cells[static_cast<size_t>(reason(finest, u, v, *above))];
+          for (int u = x * side; u < (x + 1) * side; ++u)
+            ++cells[static_cast<size_t>(above->reason_for(finest.lattice(), u, v))];
         const LevelReason red_green_blue[] = {LevelReason::kId, LevelReason::kColour, LevelReason::kPosition};
         for (size_t c = 0; c < 3; ++c)
           result.reasons[c][result.film.pixel(x, y)] =
