@@ -71,6 +71,18 @@ void Lattice::grow() {
     if (each.index != kNone) slots_[slot(each.point)] = each;
 }
 
+void Lattice::forget_above(int pixel_y) {
+  std::vector<Slot> old(slots_.size());
+  old.swap(slots_);
+  std::vector<PovColour> kept;
+  for (const Slot& each : old) {
+    if (each.index == kNone || each.point.y < pixel_y << bits_) continue;
+    slots_[slot(each.point)] = {each.point, static_cast<uint32_t>(kept.size())};
+    kept.push_back(between_[each.index]);
+  }
+  between_.assign(kept.begin(), kept.end());
+}
+
 bool Lattice::ask(std::vector<LatticePoint>& points) {
   const size_t before = between_.size();
   size_t fresh = 0;

@@ -17,7 +17,7 @@ struct LatticePoint {
 
 // A sample belongs to the pixel that it lies in, on a border to the one to the right and below, at the picture's
 // right and lower end to the last: that is where the film counts it. All pixels' corners are there from the start, in
-// flat arrays; what lies between them takes about 50 bytes a sample. Looking up from many threads is fine while
+// flat arrays; what lies between them takes 50 to 100 bytes a sample. Looking up from many threads is fine while
 // nobody asks.
 class Lattice {
  public:
@@ -33,9 +33,13 @@ class Lattice {
   PovColour encode(const std::array<float, 3>& linear) const { return encode_(linear); }
   // Takes the samples at all corners, and the centres. False: the render was stopped.
   bool ask_corners();
-  // Takes the samples at those points that were not taken yet; the list may name a point several times. False: the
-  // render was stopped, and some may be missing. Leaves in `points` those that were taken for, in the same order.
+  // Takes the samples at those points, none of them a corner or centre, that were not taken yet; the list may name a
+  // point several times. Leaves in `points` those that were taken, in the same order. False: the render was stopped,
+  // and some may be missing.
   bool ask(std::vector<LatticePoint>& points);
+
+  // Frees what lies above that row of pixels, corners excepted; nothing there may be asked for or looked up again.
+  void forget_above(int pixel_y);
 
   // The sample there, or null if none was taken.
   const PovColour* find(LatticePoint point) const;

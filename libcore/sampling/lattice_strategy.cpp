@@ -6,6 +6,7 @@ namespace triad {
 namespace {
 
 constexpr size_t kBlock = 512;  // pixels that a thread looks at at once
+constexpr int kBand = 16;       // rows of pixels: enough for all threads, and little memory
 
 CellRules with_values(CellRules rules, const StrategyValues& values) {
   rules.depth = static_cast<int>(values.at("depth"));
@@ -56,10 +57,13 @@ class LatticeStrategy::Render {
     // Ended here, the film's means are the picture.
     if (!all) return taker_.finish();
     list_divided();
-    if (order == Order::kFixpoint)
-      until_none_is_added();
-    else
+    if (order == Order::kReading)
       in_reading_order();
+    else if (rules_.along_lines)
+      until_none_is_added(std::move(divided_));
+    else
+      in_bands();
+    taker_.end_pass();
     taker_.result().colour = std::move(colours_);
     return taker_.finish();
   }
@@ -106,9 +110,22 @@ class LatticeStrategy::Render {
     taker_.expect(static_cast<double>(taker_.samples()) + static_cast<double>(pixels) * side * side);
   }
 
+  // What lies within pixels and between them is no concern of any others.
+  void in_bands() {
+    auto first = divided_.begin();
+    for (int y = 0; y < lattice_.height(); y += kBand) {
+      const int past_y = y + std::min(kBand, lattice_.height() - y);
+      const auto past = std::lower_bound(first, divided_.end(), static_cast<size_t>(past_y) * width_);
+      expect(static_cast<size_t>(divided_.end() - first));
+      if (!until_none_is_added({first, past})) return;
+      lattice_.forget_above(past_y);
+      first = past;
+    }
+  }
+
   // Every pixel that may have changed is divided anew, on what samples there are: who is first makes no difference.
-  void until_none_is_added() {
-    std::vector<size_t> pixels = std::move(divided_);
+  // False: the render was stopped.
+  bool until_none_is_added(std::vector<size_t> pixels) {
     std::vector<LatticePoint> points;
     while (!pixels.empty()) {
       std::vector<std::vector<LatticePoint>> wanted((pixels.size() + kBlock - 1) / kBlock);
@@ -126,13 +143,13 @@ class LatticeStrategy::Render {
       for (size_t i = 0; i < pixels.size(); ++i)
         if (waits[i]) pixels[still++] = pixels[i];
       pixels.resize(still);
-      if (pixels.empty()) return;
-      const bool all = lattice_.ask(points);
-      taker_.end_pass();
-      if (!all) return;
-      if (rules_.along_lines) add_touched(points, pixels);
+      if (pixels.empty()) break;
+      if (!lattice_.ask(points)) return false;
+      if (!rules_.along_lines) continue;
+      add_touched(points, pixels);
       expect(pixels.size());
     }
+    return true;
   }
 
   // The pixels on whose border these points are, to those that are divided anyway; by ascending number.
@@ -173,7 +190,6 @@ class LatticeStrategy::Render {
       if (waiting == 0) break;
       all = lattice_.ask(points);
     }
-    taker_.end_pass();
   }
 
   const CellRules& rules_;

@@ -114,11 +114,13 @@ void expect_picture(const RenderResult& result, const test::pov::Picture& expect
 }  // namespace
 
 TEST(Pov, LatticesAreDividedAsDescribed) {
-  const auto whole = difficult(9, 7, 0), holes = difficult(8, 5, .1), row = difficult(11, 1, .02);
+  const auto whole = difficult(9, 7, 0), holes = difficult(8, 5, .1), row = difficult(11, 1, .02),
+             tall = difficult(2, 37, .02);
   const DiscSource disc(7, 9, 3.3, 4.1, 2.7, {1, .5f, 0}, {.1f, .2f, .4f});
   int number = 0;
-  for (const Source* source : {static_cast<const Source*>(&whole), static_cast<const Source*>(&holes),
-                               static_cast<const Source*>(&row), static_cast<const Source*>(&disc)}) {
+  for (const Source* source :
+       {static_cast<const Source*>(&whole), static_cast<const Source*>(&holes), static_cast<const Source*>(&row),
+        static_cast<const Source*>(&tall), static_cast<const Source*>(&disc)}) {
     const auto finite = said(*source);
     for (const Case& each : lattice_cases())
       expect_picture(render(each.strategy, *source), test::pov::Tree(finite, each.settings).render(),
@@ -312,12 +314,12 @@ TEST(Pov, NoSampleIsTakenTwice) {
     std::set<std::pair<double, double>> places;
     std::set<std::tuple<int, int, uint32_t>> keys;
     std::mutex mutex;
-    const auto picture = difficult(14, 11, .02);
-    const FunctionSource source(14, 11, [&](const SampleRequest& r) {
+    const auto picture = difficult(14, 37, .02);
+    const FunctionSource source(14, 37, [&](const SampleRequest& r) {
       const std::lock_guard lock(mutex);
       EXPECT_TRUE(places.insert({r.x, r.y}).second) << strategy << " " << r.x << " " << r.y;
       EXPECT_TRUE(keys.insert({r.pixel_x, r.pixel_y, r.index}).second) << strategy;
-      EXPECT_TRUE(r.pixel_x >= 0 && r.pixel_x < 14 && r.pixel_y >= 0 && r.pixel_y < 11);
+      EXPECT_TRUE(r.pixel_x >= 0 && r.pixel_x < 14 && r.pixel_y >= 0 && r.pixel_y < 37);
       EXPECT_TRUE(r.x >= r.pixel_x && r.x <= r.pixel_x + 1 && r.y >= r.pixel_y && r.y <= r.pixel_y + 1);
       EXPECT_TRUE(r.footprint_px <= 1 && r.footprint_px >= .125f);
       Sample sample;
