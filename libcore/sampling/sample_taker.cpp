@@ -88,9 +88,13 @@ bool SampleTaker::take(std::span<const SampleRequest> requests, std::span<Sample
 bool SampleTaker::add(std::span<const SampleRequest> requests, std::span<Sample> samples) {
   if (stop()) return false;
   source_.eval(requests, samples);
+  keep(requests, samples);
+  return true;
+}
+
+void SampleTaker::keep(std::span<const SampleRequest> requests, std::span<const Sample> samples) {
   for (const size_t left_out : film().add(requests, samples)) drop(requests[left_out]);
   tell_progress();
-  return true;
 }
 
 PassRecord& SampleTaker::end_pass() {

@@ -25,9 +25,18 @@ class SampleTaker {
   // For requests of pixels outside, and with `keep` false for all, nothing is added to the film, but they count.
   bool take(std::span<const SampleRequest> requests, std::span<Sample> samples, bool keep = true);
 
-  // The same for samples inside the film that all are to be added, faster: what cannot be used is left out and counted,
-  // and only the film knows.
+  // The same for samples inside the film that all are to be added, faster: what cannot be used is left out and
+  // counted, and only the film knows.
   bool add(std::span<const SampleRequest> requests, std::span<Sample> samples);
+  // The same, where rename() says after they were asked for which of the film's pixels they belong to.
+  template <class Rename>
+  bool add(std::span<SampleRequest> requests, std::span<Sample> samples, const Rename& rename) {
+    if (stop()) return false;
+    source_.eval(requests, samples);
+    rename(requests);
+    keep(requests, samples);
+    return true;
+  }
 
   // What was taken since the last one was a pass.
   PassRecord& end_pass();
@@ -46,6 +55,7 @@ class SampleTaker {
   RenderResult finish();
 
  private:
+  void keep(std::span<const SampleRequest> requests, std::span<const Sample> samples);
   void drop(const SampleRequest& request);
   void tell_progress();
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <triad/numeric/widest.hpp>
 #include <triad/sampling/point_strategy.hpp>
 #include <triad/sampling/sobol.hpp>
@@ -31,22 +32,34 @@ class SobolOwen final : public PointStrategy {
 
 }  // namespace
 
-void place_sobol_owen(std::span<SampleRequest> requests) {
-  constexpr size_t kAtOnce = 64;
+namespace {
+
+constexpr size_t kAtOnce = 64;
+struct Places {
+  std::array<double, kAtOnce> x, y;
+};
+
+// use(first, count, places) for each run of at most kAtOnce requests: in film pixels, or in [0, 1) of their own
+// pixel.
+template <bool kOnFilm, class Use>
+void for_places(std::span<const SampleRequest> requests, const Use& use) {
   std::array<uint32_t, kAtOnce> index{}, seed_x{}, seed_y{};
   std::array<int32_t, kAtOnce> pixel_x{}, pixel_y{};
-  std::array<double, kAtOnce> x, y;
-  for (; !requests.empty(); requests = requests.subspan(std::min(kAtOnce, requests.size()))) {
-    const size_t n = std::min(kAtOnce, requests.size());
+  Places places;
+  for (size_t begin = 0; begin < requests.size(); begin += kAtOnce) {
+    const size_t n = std::min(kAtOnce, requests.size() - begin);
+    const auto some = requests.subspan(begin, n);
     for (size_t first = 0, past = 0; first < n; first = past) {  // runs of one pixel
-      const SampleRequest& run = requests[first];
+      const SampleRequest& run = some[first];
       for (past = first + 1; past < n; ++past)
-        if (requests[past].pixel_x != run.pixel_x || requests[past].pixel_y != run.pixel_y) break;
+        if (some[past].pixel_x != run.pixel_x || some[past].pixel_y != run.pixel_y) break;
       const SobolOwenSeeds seeds(SampleRandom::pixel_key(run.pixel_x, run.pixel_y, run.seed));
       for (size_t i = first; i < past; ++i) {
         index[i] = run.index + static_cast<uint32_t>(i - first);
-        pixel_x[i] = run.pixel_x;
-        pixel_y[i] = run.pixel_y;
+        if constexpr (kOnFilm) {
+          pixel_x[i] = run.pixel_x;
+          pixel_y[i] = run.pixel_y;
+        }
         seed_x[i] = seeds.x;
         seed_y[i] = seeds.y;
       }
@@ -54,15 +67,30 @@ void place_sobol_owen(std::span<SampleRequest> requests) {
     run_widest([&]() TRIAD_INLINE_BODY {
       for (size_t i = 0; i < kAtOnce; ++i) {
         const std::array<uint32_t, 2> point = sobol_owen_point(index[i], SobolOwenSeeds(seed_x[i], seed_y[i]));
-        x[i] = pixel_x[i] + point[0] * 0x1p-32;
-        y[i] = pixel_y[i] + point[1] * 0x1p-32;
+        places.x[i] = (kOnFilm ? pixel_x[i] : 0) + point[0] * 0x1p-32;
+        places.y[i] = (kOnFilm ? pixel_y[i] : 0) + point[1] * 0x1p-32;
       }
     });
-    for (size_t i = 0; i < n; ++i) {
-      requests[i].x = x[i];
-      requests[i].y = y[i];
-    }
+    use(begin, n, places);
   }
+}
+
+}  // namespace
+
+void place_sobol_owen(std::span<SampleRequest> requests) {
+  for_places<true>(requests, [&](size_t begin, size_t n, const Places& places) {
+    for (size_t i = 0; i < n; ++i) {
+      requests[begin + i].x = places.x[i];
+      requests[begin + i].y = places.y[i];
+    }
+  });
+}
+
+void sobol_owen_places(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y) {
+  for_places<false>(requests, [&](size_t begin, size_t n, const Places& places) {
+    std::copy_n(places.x.begin(), n, x.begin() + static_cast<ptrdiff_t>(begin));
+    std::copy_n(places.y.begin(), n, y.begin() + static_cast<ptrdiff_t>(begin));
+  });
 }
 
 const StrategyEntry& sobol_owen_strategy() {
