@@ -2,10 +2,14 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/base/random.hpp>
+#include <triad/colour/colour.hpp>
+#include <triad/display/vision.hpp>
 #include <triad/numeric/widest.hpp>
+#include <triad/sampling/cell_estimates.hpp>
 #include <triad/sampling/pixel_batches.hpp>
 #include <triad/sampling/point_strategy.hpp>
 
@@ -14,6 +18,7 @@ namespace {
 
 enum class Points { kSobol, kJitter, kRandom };
 constexpr size_t kMostCells = 64 * 64;  // of a display pixel, as parse_cells() allows
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr uint32_t kMostStrata = 4096;  // along a side of a pixel; finer ones would change no cell by a thousandth
 
 const StrategyInfo kInfo{
@@ -28,9 +33,18 @@ const StrategyInfo kInfo{
     "cell "
     "is left to chance, and within cells nothing is biased. Cells without a sample, where there are more cells than "
     "boxes or points are random, take the mean of the nearest that have some. With one cell a pixel it is plain "
-    "antialiasing.",
+    "antialiasing.\n"
+    "With a threshold, pixels begin with least samples, and double them up to spp while the error that an eye would "
+    "see "
+    "of their noise, or of a neighbour's, is above it: the difference between the means of two halves of the "
+    "samples, in "
+    "luminance, red-green and blue-yellow, each by how much of a pixel's noise in it gets through at ppd. .01 is a "
+    "hundredth of white. What the first samples miss stays missed.",
     {{"spp", "samples per display pixel; for points=jitter a square number", 1, 1 << 24, 16},
-     choice_param("points", "where they lie in a pixel of the display", {"sobol", "jitter", "random"})}};
+     choice_param("points", "where they lie in a pixel of the display", {"sobol", "jitter", "random"}),
+     {"threshold", "error seen of a pixel's noise at which it goes on; 0: spp everywhere", 0, kInfinity, 0, true},
+     {"least", "samples in each pixel with a threshold", 2, 1 << 24, 8},
+     {"ppd", "pixels of the display in a degree of the view, for the threshold", 1, 10000, 40, true}}};
 
 // Equal boxes of the square that the points are made in, columns by rows.
 struct Strata {
@@ -102,77 +116,47 @@ class Side {
   std::vector<Cell> cells_;
 };
 
-// As Film::estimated_rmse(), of the means of whole display pixels: single cells have too few samples for halves.
-double estimated_rmse(const Film& film, const Cells& cells) {
-  const int width = film.width() / cells.x, height = film.height() / cells.y;
-  std::vector<NeumaierSum> rows(static_cast<size_t>(height));
-  parallel_for(height, [&](int64_t y) {
-    for (int x = 0; x < width; ++x) {
-      double all = 0, half = 0;
-      std::array<double, 3> light{}, half_light{};
-      for (int v = 0; v < cells.y; ++v)
-        for (int u = 0; u < cells.x; ++u) {
-          const size_t p = film.pixel(x * cells.x + u, static_cast<int>(y) * cells.y + v);
-          const double n = film.count(p), in_half = film.half_count(p);
-          all += n;
-          half += in_half;
-          for (size_t c = 0; c < 3; ++c) {
-            light[c] += n * film.mean(p)[c];
-            half_light[c] += in_half * film.half_mean(p)[c];
-          }
-        }
-      const double rest = all - half;
-      for (size_t c = 0; c < 3; ++c) {
-        const double apart = half_light[c] / half - (light[c] - half_light[c]) / rest;
-        rows[static_cast<size_t>(y)].add(half > 0 && rest > 0 ? apart * apart * (half / all) * (rest / all)
-                                                              : std::numeric_limits<double>::infinity());
+// How much an eye sees of errors of pixels that are independent of each other, along a row.
+class NoiseSeen {
+ public:
+  explicit NoiseSeen(double ppd) {
+    Observer observer;
+    observer.rgb_to_xyz = rec709_to_xyz();
+    observer.ppd = ppd;
+    to_opponent_ = opponent_matrix(observer);
+    // Of white noise, the mean over frequencies below half a cycle a pixel of the squared transfer.
+    constexpr int kSteps = 256;
+    for (int c = 0; c < kOpponentChannels; ++c)
+      for (int i = 0; i < kSteps; ++i) {
+        const double transfer = mtf(observer, c, (i + .5) / kSteps * ppd / 2);
+        passed_[static_cast<size_t>(c)] += transfer * transfer / kSteps;
       }
-    }
-  });
-  NeumaierSum total;
-  for (const NeumaierSum& row : rows) total.merge(row);
-  return std::sqrt(total.value() / (3. * width * height));
-}
+  }
 
-// The film's means, and for each pixel without a sample the mean of the nearest that have some, in squares of at most
-// two display pixels to either side; 0 if there is none. Nothing if all have samples.
-std::vector<std::array<double, 3>> filled(const Film& film, const Cells& cells) {
-  std::vector<std::array<double, 3>> colour;
-  for (size_t p = 0; p < film.pixels(); ++p)
-    if (film.count(p) == 0) {
-      colour.resize(film.pixels());
-      break;
+  // The root of the energy that is left of an error in red, green and blue; white is 1.
+  double operator()(const std::array<double, 3>& rgb) const {
+    double energy = 0;
+    for (size_t c = 0; c < kOpponentChannels; ++c) {
+      const double error =
+          to_opponent_[3 * c] * rgb[0] + to_opponent_[3 * c + 1] * rgb[1] + to_opponent_[3 * c + 2] * rgb[2];
+      energy += passed_[c] * error * error;
     }
-  const auto around = [&](int x, int y, int reach_x, int reach_y) {
-    std::array<double, 4> sum{};
-    for (int v = std::max(0, y - reach_y); v <= std::min(film.height() - 1, y + reach_y); ++v)
-      for (int u = std::max(0, x - reach_x); u <= std::min(film.width() - 1, x + reach_x); ++u) {
-        const size_t p = film.pixel(u, v);
-        const double n = film.count(p);
-        for (size_t c = 0; c < 3; ++c) sum[c] += n * film.mean(p)[c];
-        sum[3] += n;
-      }
-    return sum;
-  };
-  if (!colour.empty())
-    parallel_for(film.height(), [&](int64_t row) {
-      const int y = static_cast<int>(row), side = std::max(cells.x, cells.y);
-      for (int x = 0; x < film.width(); ++x) {
-        const size_t p = film.pixel(x, y);
-        colour[p] = film.mean(p);
-        std::array<double, 4> sum{};
-        for (int reach = 1; film.count(p) == 0 && sum[3] == 0 && reach <= 2 * side; ++reach)
-          sum = around(x, y, reach * cells.x / side, reach * cells.y / side);
-        if (sum[3] > 0) colour[p] = {sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3]};
-      }
-    });
-  return colour;
-}
+    return std::sqrt(energy);
+  }
+
+ private:
+  std::array<double, 9> to_opponent_{};
+  std::array<double, kOpponentChannels> passed_{};
+};
 
 class CellsStrategy final : public StrategyBase {
  public:
   explicit CellsStrategy(const StrategyValues& values)
-      : StrategyBase(kInfo, values), spp_(whole("spp")), points_(static_cast<Points>(whole("points"))) {
+      : StrategyBase(kInfo, values),
+        spp_(whole("spp")),
+        points_(static_cast<Points>(whole("points"))),
+        threshold_(value("threshold")),
+        least_(whole("least")) {
     if (points_ == Points::kJitter) {
       side_ = static_cast<uint32_t>(std::lround(std::sqrt(spp_)));
       stride_ = spread_stride(spp_);
@@ -189,15 +173,15 @@ class CellsStrategy final : public StrategyBase {
       throw_usage("the strategy 'cells' needs whole display pixels: a film of " + std::to_string(source.width()) +
                   "x" + std::to_string(source.height()) + " has none of " + std::to_string(cells.x) + "x" +
                   std::to_string(cells.y) + " cells");
-    SampleTaker taker(*this, source, options);
+    RenderOptions with_halves = options;
+    with_halves.planes.error = options.planes.error || threshold_ > 0;
+    SampleTaker taker(*this, source, with_halves);
     const uint64_t samples = most_samples(source.width() / cells.x, source.height() / cells.y);
     taker.expect(static_cast<double>(samples));
     const Strata strata = strata_for(points_, spp_, cells);
     const Side across(strata.columns, cells.x), down(strata.rows, cells.y);
-    PixelWork work{source.width() / cells.x,
-                   source.height() / cells.y,
-                   std::sqrt(static_cast<float>(cells.x * cells.y) / static_cast<float>(spp_)),
-                   {}};
+    PixelWork work{source.width() / cells.x, source.height() / cells.y,
+                   std::sqrt(static_cast<float>(cells.x * cells.y) / static_cast<float>(spp_))};
     const int32_t last_x = source.width() - 1, last_y = source.height() - 1;
     const auto into_cells = [last_x, last_y](std::span<SampleRequest> requests) {
       for (SampleRequest& request : requests) {
@@ -209,20 +193,57 @@ class CellsStrategy final : public StrategyBase {
       place(batch, across, down, cells);
       return taker.add(batch.spare, batch.samples, into_cells);
     };
-    take_in_passes(taker, work, spp_, 1, [&](PassRecord& pass) {
-      if (!taker.film().planes().error) return true;
+    const auto go_on = [&](PassRecord& pass) {
+      if (options.until_rmse <= 0) return true;
       pass.rmse = estimated_rmse(taker.film(), cells);
-      taker.result().reached = options.until_rmse > 0 && pass.rmse <= options.until_rmse;
+      taker.result().reached = pass.rmse <= options.until_rmse;
       return !taker.result().reached;
-    });
+    };
+    if (threshold_ > 0) {
+      take_where_seen(taker, work, cells, go_on);
+    } else {
+      take_in_passes(taker, work, spp_, 1, go_on);
+    }
+    PassRecord& last = taker.result().passes.back();
+    if (taker.film().planes().error && !taker.stopped()) last.rmse = estimated_rmse(taker.film(), cells);
     const bool all_have_samples = taker.samples() == samples && taker.result().dropped == 0 &&
                                   strata.columns >= static_cast<uint32_t>(cells.x) &&
                                   strata.rows >= static_cast<uint32_t>(cells.y);
-    if (!all_have_samples) taker.result().colour = filled(taker.film(), cells);
+    if (!all_have_samples) taker.result().colour = filled_means(taker.film(), cells);
     return taker.finish();
   }
 
  private:
+  // A barrier after each pass, so that who goes on depends on no order.
+  void take_where_seen(SampleTaker& taker, PixelWork& work, const Cells& cells,
+                       const std::function<bool(PassRecord&)>& go_on) const {
+    const NoiseSeen seen(value("ppd"));
+    const auto width = static_cast<size_t>(work.width), height = static_cast<size_t>(work.height);
+    std::vector<size_t> pixels;  // that go on, in tiles; all have as many samples
+    for (uint32_t first = 0, past = least_; first < spp_; first = past, past = std::min(spp_, 2 * past)) {
+      work.only = first > 0 ? &pixels : nullptr;
+      const bool whole = take_pixels(taker, work, first, past);
+      PassRecord& pass = taker.end_pass();
+      if (!whole || !go_on(pass)) return;
+      if (first == 0) pixels = pixels_in_tiles(taker, work);
+      std::vector<uint8_t> unsure(width * height);
+      parallel_for(static_cast<int64_t>(pixels.size()), [&](int64_t i) {
+        const size_t p = pixels[static_cast<size_t>(i)];
+        unsure[p] = !(seen(estimated_error(taker.film(), cells, static_cast<int>(p % width),
+                                           static_cast<int>(p / width))) <= threshold_);
+      });
+      std::erase_if(pixels, [&](size_t p) {
+        const size_t x = p % width, y = p / width;
+        for (size_t v = y - (y > 0); v <= std::min(y + 1, height - 1); ++v)
+          for (size_t u = x - (x > 0); u <= std::min(x + 1, width - 1); ++u)
+            if (unsure[v * width + u]) return false;
+        return true;
+      });
+      if (pixels.empty()) return;
+      taker.expect(static_cast<double>(taker.samples() + pixels.size() * (spp_ - past)));
+    }
+  }
+
   // The points of the strategy of that name in a display pixel, in [0, 1).
   void points(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y) const {
     if (points_ == Points::kSobol) {
@@ -273,6 +294,8 @@ class CellsStrategy final : public StrategyBase {
 
   uint32_t spp_;
   Points points_;
+  double threshold_;
+  uint32_t least_;
   uint32_t side_ = 1;
   uint64_t stride_ = 1;
 };
@@ -287,6 +310,10 @@ const StrategyEntry& cells_strategy() {
           throw_usage(option + ": cells:points=jitter puts n x n samples into a pixel, and spp=" +
                       strategy_value(kInfo.params[0], spp) + " is no square number; " +
                       strategy_value(kInfo.params[0], side * side) + " would do");
+        if (values.at("threshold") > 0 && values.at("least") > spp)
+          throw_usage(option + ": cells:least=" + strategy_value(kInfo.params[3], values.at("least")) +
+                      " is above spp=" + strategy_value(kInfo.params[0], spp) +
+                      "; give a least of at most spp, or more spp");
         return std::make_unique<CellsStrategy>(values);
       }};
   return entry;

@@ -29,7 +29,7 @@ class PerSubpixel final : public StrategyBase {
     require_whole_pixels(info(), options);
     SampleTaker taker(*this, source, options);
     SubpixelSums sums(source.width(), source.height());
-    PixelWork work{source.width(), source.height(), 1 / std::sqrt(static_cast<float>(kSubpixels * spp_)), {}};
+    PixelWork work{source.width(), source.height(), 1 / std::sqrt(static_cast<float>(kSubpixels * spp_))};
     work.take = [&](const PixelBatch& batch) {
       return sums.take(taker, batch, [](const SampleRequest& r) { return static_cast<int>(r.index % kSubpixels); });
     };

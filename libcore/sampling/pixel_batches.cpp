@@ -48,18 +48,65 @@ class Queue {
 
 }  // namespace
 
+namespace {
+
+struct Tiles {
+  int64_t width, height, side, columns, count;
+  Tiles(const SampleTaker& taker, const PixelWork& work)
+      : width(work.width),
+        height(work.height),
+        side(std::max(1, taker.options().tile_px)),
+        columns((width + side - 1) / side),
+        count(columns * ((height + side - 1) / side)) {}
+  // visit(x, y) until it says false.
+  template <class Visit>
+  void each(int64_t tile, const Visit& visit) const {
+    const int64_t x0 = tile % columns * side, y0 = tile / columns * side;
+    for (int64_t y = y0; y < std::min(y0 + side, height); ++y)
+      for (int64_t x = x0; x < std::min(x0 + side, width); ++x)
+        if (!visit(static_cast<int>(x), static_cast<int>(y))) return;
+  }
+};
+
+}  // namespace
+
+std::vector<size_t> pixels_in_tiles(const SampleTaker& taker, const PixelWork& work) {
+  const Tiles tiles(taker, work);
+  std::vector<size_t> pixels;
+  pixels.reserve(static_cast<size_t>(tiles.width * tiles.height));
+  for (int64_t t = 0; t < tiles.count; ++t)
+    tiles.each(t, [&](int64_t x, int64_t y) {
+      pixels.push_back(static_cast<size_t>(y * tiles.width + x));
+      return true;
+    });
+  return pixels;
+}
+
 bool take_pixels(SampleTaker& taker, const PixelWork& work, uint32_t first, uint32_t past) {
-  const int64_t tile = std::max(1, taker.options().tile_px), width = work.width, height = work.height;
-  const int64_t columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
-  parallel_for(columns * rows, [&](int64_t t) {
-    const int64_t x0 = t % columns * tile, x1 = std::min(x0 + tile, width);
-    const int64_t y0 = t / columns * tile, y1 = std::min(y0 + tile, height);
-    Queue queue(taker, work, first, past);
-    for (int64_t y = y0; y < y1; ++y)
-      for (int64_t x = x0; x < x1; ++x)
-        if (!queue.add(static_cast<int>(x), static_cast<int>(y))) return;
-    queue.flush();
-  });
+  // A queue holds only so many of one pixel.
+  for (; past - first > kMostTogether; first += kMostTogether)
+    if (!take_pixels(taker, work, first, first + static_cast<uint32_t>(kMostTogether))) return false;
+  if (work.only) {
+    const auto width = static_cast<size_t>(work.width);
+    // So that there is work for every thread where there are few.
+    const size_t at_once = std::clamp<size_t>(work.only->size() / 64, 16, 1024);
+    parallel_for(static_cast<int64_t>((work.only->size() + at_once - 1) / at_once), [&](int64_t group) {
+      Queue queue(taker, work, first, past);
+      const size_t begin = static_cast<size_t>(group) * at_once, end = std::min(begin + at_once, work.only->size());
+      for (size_t i = begin; i < end; ++i) {
+        const size_t p = (*work.only)[i];
+        if (!queue.add(static_cast<int>(p % width), static_cast<int>(p / width))) return;
+      }
+      queue.flush();
+    });
+  } else {
+    const Tiles tiles(taker, work);
+    parallel_for(tiles.count, [&](int64_t t) {
+      Queue queue(taker, work, first, past);
+      tiles.each(t, [&](int x, int y) { return queue.add(x, y); });
+      queue.flush();
+    });
+  }
   return !taker.stopped();
 }
 

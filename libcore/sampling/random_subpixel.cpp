@@ -54,7 +54,7 @@ class RandomSubpixel final : public StrategyBase {
     const RowFilter<double> filter(design, source.width(), Edge::kWrap);
     SampleTaker taker(*this, source, options);
     SubpixelSums sums(source.width(), source.height());
-    PixelWork work{source.width(), source.height(), std::sqrt(1.f / kSubpixels), {}};
+    PixelWork work{source.width(), source.height(), std::sqrt(1.f / kSubpixels)};
     work.take = [&](const PixelBatch& batch) {
       return sums.take(taker, batch, [this](const SampleRequest& r) { return subpixel(r); });
     };

@@ -359,7 +359,7 @@ TEST_F(Render, StrategiesAreListedAndExplained) {
     EXPECT_NE(expect_success({"help", name}).out.find(name), std::string::npos);
   }
   EXPECT_EQ(expect_success({"help", "grid", "--json"}).json()["parameters"][0]["name"], "n");
-  EXPECT_EQ(expect_success({"list", "strategies", "--json"}).json()["strategies"].size(), 4u);
+  EXPECT_EQ(expect_success({"list", "strategies", "--json"}).json()["strategies"].size(), 7u);
   const auto threshold = expect_success({"help", "variance", "--json"}).json()["parameters"][0];
   EXPECT_EQ(threshold["name"], "threshold");
   EXPECT_EQ(threshold["type"], "float");

@@ -261,7 +261,8 @@ TEST(Cells, SameBitsForAnyThreadsAndTiles) {
     sample.valid = random.uniform(63) < .9f;
     return sample;
   });
-  for (const char* text : {"cells:spp=24", "cells:spp=36,points=jitter", "cells:spp=3,points=random"}) {
+  for (const char* text : {"cells:spp=24", "cells:spp=36,points=jitter", "cells:spp=3,points=random",
+                           "cells:spp=64,threshold=1e7,least=4"}) {
     std::optional<RenderResult> first;
     for (const int threads : {1, 2, 7})
       for (const int tile : {1, 5, 32, 1000}) {
@@ -299,6 +300,42 @@ TEST(Cells, EstimatesTheErrorOfDisplayPixels) {
   EXPECT_GE(until.samples, 64u * 1200);
 }
 
+TEST(Cells, WithAThresholdSamplesGoWhereNoiseIsSeen) {
+  const Cells cells{3, 1};
+  // Nothing to be unsure of: the first samples are all. Noise that never falls below the threshold: spp.
+  const RampSource flat(40 * 3, 30, {.3f, .5f, .7f}, kBlack, kBlack);
+  EXPECT_EQ(render("cells:spp=256,threshold=.001,least=4", flat, cells).samples, 4u * 40 * 30);
+  EXPECT_EQ(render("cells:spp=64,threshold=1e-9,least=4", test::noise(40 * 3, 30, .5, 1), cells).samples,
+            64u * 40 * 30);
+  // An edge: pixels go on if it crosses them or a neighbour, which is to say within 2.1 of it.
+  const HalfPlaneSource source = edge(60, 60, cells);
+  const RenderResult result = render("cells:spp=256,threshold=.002,least=8", source, cells);
+  int crossed = 0, all_the_way = 0;
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 60; ++x) {
+      const double distance = std::abs(.6 * (x + .5) + .8 * (y + .5) - .55 * 60);
+      uint32_t n = 0;
+      for (int u = 0; u < 3; ++u) n += result.film.count(result.film.pixel(3 * x + u, y));
+      ASSERT_TRUE(n == 8 || n == 16 || n == 32 || n == 64 || n == 128 || n == 256) << n;
+      if (distance > 2.5) {
+        ASSERT_EQ(n, 8u) << x << "," << y;
+      }
+      if (distance < .3) {
+        ++crossed;
+        all_the_way += n == 256;
+      }
+    }
+  EXPECT_GT(crossed, 30);
+  EXPECT_GT(all_the_way, .8 * crossed);
+  // And are worth more there than everywhere.
+  EXPECT_LT(result.samples, 40u * 60 * 60);
+  EXPECT_LT(rmse(result, source), .5 * rmse(render("cells:spp=40", source, cells), source));
+  // Further out, an eye sees less of the same noise, and fewer go on.
+  const RenderResult near = render("cells:spp=256,threshold=.02,least=8,ppd=20", source, cells);
+  const RenderResult far = render("cells:spp=256,threshold=.02,least=8,ppd=150", source, cells);
+  EXPECT_LT(10 * far.samples, 9 * near.samples);
+}
+
 TEST(Cells, AnEndedRenderIsWhole) {
   const RampSource flat(96, 64, {.5f, .5f, .5f}, kBlack, kBlack);
   RenderOptions options;
@@ -318,4 +355,6 @@ TEST(Cells, RefusesWhatDoesNotFit) {
   EXPECT_THAT(refusal([&] { render("cells", flat, {1, 3}); }), HasSubstr("100x10 has none of 1x3 cells"));
   EXPECT_THAT(refusal([] { make_strategy("cells:spp=15,points=jitter", "--strategy"); }),
               HasSubstr("spp=15 is no square number; 16 would do"));
+  EXPECT_THAT(refusal([] { make_strategy("cells:spp=4,threshold=1", "--strategy"); }),
+              HasSubstr("least=8 is above spp=4"));
 }
