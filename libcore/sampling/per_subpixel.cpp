@@ -29,19 +29,11 @@ class PerSubpixel final : public StrategyBase {
     require_whole_pixels(info(), options);
     SampleTaker taker(*this, source, options);
     SubpixelSums sums(source.width(), source.height());
-    PixelBatches batches;
-    batches.width = source.width();
-    batches.height = source.height();
-    batches.footprint_px = 1 / std::sqrt(static_cast<float>(kSubpixels * spp_));
-    batches.place = [](std::span<SampleRequest> requests) {
-      for (SampleRequest& request : requests)
-        place_in_subpixel(request, static_cast<int>(request.index % kSubpixels));
+    PixelWork work{source.width(), source.height(), 1 / std::sqrt(static_cast<float>(kSubpixels * spp_))};
+    work.take = [&](const PixelBatch& batch) {
+      return sums.take(taker, batch, [](const SampleRequest& r) { return static_cast<int>(r.index % kSubpixels); });
     };
-    batches.use = [&](int x, int y, std::span<SampleRequest>, std::span<Sample> samples) {
-      // Passes are of whole rounds of the three.
-      for (size_t i = 0; i < samples.size(); ++i) sums.add(x, y, static_cast<int>(i % kSubpixels), samples[i]);
-    };
-    take_in_passes(taker, batches, spp_, kSubpixels);
+    take_in_passes(taker, work, spp_, kSubpixels);
     auto& colour = taker.result().colour;
     colour.resize(taker.film().pixels());
     for (int y = 0; y < source.height(); ++y)

@@ -2,77 +2,122 @@
 #include <algorithm>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/pixel_batches.hpp>
+#include <utility>
 
 namespace triad {
 namespace {
 
-constexpr size_t kBatch = 256;          // samples asked for at once, or one pixel's if those are more: 34 kB
-constexpr uint32_t kSecondPass = 16;    // samples per pixel after the second pass
-constexpr uint32_t kMostInPass = 4096;  // of a pixel, so that its batch stays below a megabyte
+constexpr size_t kBatch = 256;        // samples asked for at once, or one pixel's if those are more: 34 kB
+constexpr uint32_t kSecondPass = 16;  // samples per pixel after the second pass
 
 // Of one thread.
-class Batch {
+class Queue {
  public:
-  Batch(SampleTaker& taker, const PixelBatches& what, uint32_t first, uint32_t past)
+  Queue(SampleTaker& taker, const PixelWork& work, uint32_t first, uint32_t past)
       : taker_(taker),
-        what_(what),
+        work_(work),
         first_(first),
         per_pixel_(past - first),
         requests_(std::max(kBatch, per_pixel_) / per_pixel_ * per_pixel_),
+        spare_(requests_.size()),
         samples_(requests_.size()) {}
 
   // False: the render was stopped.
   bool add(int x, int y) {
     if (size_ == requests_.size() && !flush()) return false;
     for (size_t i = 0; i < per_pixel_; ++i)
-      requests_[size_++] = {0, 0, what_.footprint_px, x, y, first_ + static_cast<uint32_t>(i), taker_.options().seed};
+      requests_[size_++] = {0, 0, work_.footprint_px, x, y, first_ + static_cast<uint32_t>(i), taker_.options().seed};
     return true;
   }
 
   bool flush() {
-    const std::span requests = std::span(requests_).first(size_);
-    const std::span samples = std::span(samples_).first(size_);
-    size_ = 0;
-    what_.place(requests);
-    if (!taker_.take(requests, samples, what_.keep)) return false;
-    for (size_t i = 0; i < requests.size(); i += per_pixel_)
-      what_.use(requests[i].pixel_x, requests[i].pixel_y, requests.subspan(i, per_pixel_),
-                samples.subspan(i, per_pixel_));
-    return true;
+    const size_t n = std::exchange(size_, 0);
+    return n == 0 || work_.take({std::span(requests_).first(n), std::span(spare_).first(n),
+                                 std::span(samples_).first(n), per_pixel_});
   }
 
  private:
   SampleTaker& taker_;
-  const PixelBatches& what_;
+  const PixelWork& work_;
   const uint32_t first_;
   const size_t per_pixel_;
-  std::vector<SampleRequest> requests_;
+  std::vector<SampleRequest> requests_, spare_;
   std::vector<Sample> samples_;
   size_t size_ = 0;
 };
 
 }  // namespace
 
-bool take_pixels(SampleTaker& taker, const PixelBatches& batches, uint32_t first, uint32_t past) {
-  const int64_t tile = std::max(1, taker.options().tile_px), width = batches.width, height = batches.height;
-  const int64_t columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
-  parallel_for(columns * rows, [&](int64_t t) {
-    const int64_t x0 = t % columns * tile, x1 = std::min(x0 + tile, width);
-    const int64_t y0 = t / columns * tile, y1 = std::min(y0 + tile, height);
-    Batch batch(taker, batches, first, past);
-    for (int64_t y = y0; y < y1; ++y)
-      for (int64_t x = x0; x < x1; ++x)
-        if (!batch.add(static_cast<int>(x), static_cast<int>(y))) return;
-    batch.flush();
-  });
+namespace {
+
+struct Tiles {
+  int64_t width, height, side, columns, count;
+  Tiles(const SampleTaker& taker, const PixelWork& work)
+      : width(work.width),
+        height(work.height),
+        side(std::max(1, taker.options().tile_px)),
+        columns((width + side - 1) / side),
+        count(columns * ((height + side - 1) / side)) {}
+  // visit(x, y) until it says false.
+  template <class Visit>
+  void each(int64_t tile, const Visit& visit) const {
+    const int64_t x0 = tile % columns * side, y0 = tile / columns * side;
+    for (int64_t y = y0; y < std::min(y0 + side, height); ++y)
+      for (int64_t x = x0; x < std::min(x0 + side, width); ++x)
+        if (!visit(static_cast<int>(x), static_cast<int>(y))) return;
+  }
+};
+
+}  // namespace
+
+std::vector<size_t> pixels_in_tiles(const SampleTaker& taker, const PixelWork& work) {
+  const Tiles tiles(taker, work);
+  std::vector<size_t> pixels;
+  pixels.reserve(static_cast<size_t>(tiles.width * tiles.height));
+  for (int64_t t = 0; t < tiles.count; ++t)
+    tiles.each(t, [&](int64_t x, int64_t y) {
+      pixels.push_back(static_cast<size_t>(y * tiles.width + x));
+      return true;
+    });
+  return pixels;
+}
+
+bool take_pixels(SampleTaker& taker, const PixelWork& work, uint32_t first, uint32_t past) {
+  // A queue holds only so many of one pixel.
+  for (; past - first > kMostTogether; first += kMostTogether)
+    if (!take_pixels(taker, work, first, first + static_cast<uint32_t>(kMostTogether))) return false;
+  if (work.only) {
+    const auto width = static_cast<size_t>(work.width);
+    // So that there is work for every thread where there are few.
+    const size_t at_once = std::clamp<size_t>(work.only->size() / 64, 16, 1024);
+    parallel_for(static_cast<int64_t>((work.only->size() + at_once - 1) / at_once), [&](int64_t group) {
+      Queue queue(taker, work, first, past);
+      const size_t begin = static_cast<size_t>(group) * at_once, end = std::min(begin + at_once, work.only->size());
+      for (size_t i = begin; i < end; ++i) {
+        const size_t p = (*work.only)[i];
+        if (!queue.add(static_cast<int>(p % width), static_cast<int>(p / width))) return;
+      }
+      queue.flush();
+    });
+  } else {
+    const Tiles tiles(taker, work);
+    parallel_for(tiles.count, [&](int64_t t) {
+      Queue queue(taker, work, first, past);
+      tiles.each(t, [&](int x, int y) { return queue.add(x, y); });
+      queue.flush();
+    });
+  }
   return !taker.stopped();
 }
 
-void take_in_passes(SampleTaker& taker, const PixelBatches& batches, uint32_t samples, uint32_t together,
+void take_in_passes(SampleTaker& taker, const PixelWork& work, uint32_t samples, uint32_t together,
                     const std::function<bool(PassRecord&)>& after_pass) {
   for (uint32_t first = 0, past = 0; first < samples; first = past) {
-    past = std::min(samples, first == 0 ? 1 : std::max(kSecondPass, first + std::min(first, kMostInPass)));
-    const bool whole = take_pixels(taker, batches, first * together, past * together);
+    past = std::min(
+        samples,
+        first == 0 ? 1
+                   : std::max(kSecondPass, first + std::min(first, static_cast<uint32_t>(kMostTogether) / together)));
+    const bool whole = take_pixels(taker, work, first * together, past * together);
     PassRecord& pass = taker.end_pass();
     if (!whole || (after_pass && !after_pass(pass))) return;
   }

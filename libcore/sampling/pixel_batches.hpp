@@ -7,25 +7,37 @@
 
 namespace triad {
 
-// What is done in the pixels of a grid that need not be the film's.
-struct PixelBatches {
+// Samples of whole pixels that one thread is to take.
+struct PixelBatch {
+  // One pixel's after the other's, by ascending index; all is set but x and y.
+  std::span<SampleRequest> requests;
+  std::span<SampleRequest> spare;  // as many, not set, for another order
+  std::span<Sample> samples;       // as many, for the answers
+  size_t per_pixel = 0;
+};
+
+inline constexpr size_t kMostTogether = 4096;  // the most of one pixel in a batch, which stays below a megabyte so
+
+// What is done in the pixels of a grid, which need not be the film's.
+struct PixelWork {
   int width = 0, height = 0;  // of the grid
   float footprint_px = 1;
-  // Sets x and y of requests that say all else, as many pixels of them as come together. Pure, any thread.
-  std::function<void(std::span<SampleRequest>)> place;
-  // One pixel's requests, by ascending index, and their answers, those that are not valid marked so; it may change
-  // both. Several threads at once, each with pixels of its own.
-  std::function<void(int x, int y, std::span<SampleRequest>, std::span<Sample>)> use;
-  bool keep = true;  // as SampleTaker::take()
+  const std::vector<size_t>* only = nullptr;  // these pixels (y * width + x), each once, in this order; null: all
+  // Places them, asks for them, and uses what comes back. Several threads at once, each with pixels of its own.
+  // False: the render was stopped.
+  std::function<bool(const PixelBatch&)> take{};
 };
+
+// The numbers of all pixels of the grid, tile by tile.
+std::vector<size_t> pixels_in_tiles(const SampleTaker& taker, const PixelWork& work);
 
 // The samples first .. past - 1 of each pixel, tile by tile on all threads. False: the render was stopped, and some
 // pixels did without.
-bool take_pixels(SampleTaker& taker, const PixelBatches& batches, uint32_t first, uint32_t past);
+bool take_pixels(SampleTaker& taker, const PixelWork& work, uint32_t first, uint32_t past);
 
 // Passes over the whole grid: to 1 sample of each pixel, 16, 32, 64 and so on up to `samples`, all times `together`,
 // each a PassRecord. They end where the render is stopped, or where after_pass, if there is one, says false.
-void take_in_passes(SampleTaker& taker, const PixelBatches& batches, uint32_t samples, uint32_t together = 1,
+void take_in_passes(SampleTaker& taker, const PixelWork& work, uint32_t samples, uint32_t together = 1,
                     const std::function<bool(PassRecord&)>& after_pass = {});
 
 }  // namespace triad

@@ -28,5 +28,7 @@ uint64_t spread_stride(uint64_t count);
 
 // The places of sobol-owen, as PointStrategy::place() says.
 void place_sobol_owen(std::span<SampleRequest> requests);
+// The same, in [0, 1) of each request's pixel.
+void sobol_owen_places(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y);
 
 }  // namespace triad

@@ -54,21 +54,15 @@ class RandomSubpixel final : public StrategyBase {
     const RowFilter<double> filter(design, source.width(), Edge::kWrap);
     SampleTaker taker(*this, source, options);
     SubpixelSums sums(source.width(), source.height());
-    PixelBatches batches;
-    batches.width = source.width();
-    batches.height = source.height();
-    batches.footprint_px = std::sqrt(1.f / kSubpixels);
-    batches.place = [this](std::span<SampleRequest> requests) {
-      for (SampleRequest& request : requests) place_in_subpixel(request, subpixel(request));
-    };
-    batches.use = [&](int x, int y, std::span<SampleRequest> requests, std::span<Sample> samples) {
-      for (size_t i = 0; i < samples.size(); ++i) sums.add(x, y, subpixel(requests[i]), samples[i]);
+    PixelWork work{source.width(), source.height(), std::sqrt(1.f / kSubpixels)};
+    work.take = [&](const PixelBatch& batch) {
+      return sums.take(taker, batch, [this](const SampleRequest& r) { return subpixel(r); });
     };
     // Frames by threes, and what is left over.
     const uint32_t whole_rounds = frames_ / kSubpixels * kSubpixels;
-    take_in_passes(taker, batches, frames_ / kSubpixels, kSubpixels);
+    take_in_passes(taker, work, frames_ / kSubpixels, kSubpixels);
     if (whole_rounds < frames_ && !taker.stopped()) {
-      take_pixels(taker, batches, whole_rounds, frames_);
+      take_pixels(taker, work, whole_rounds, frames_);
       taker.end_pass();
     }
     taker.result().colour = filtered(sums, filter, source.height());

@@ -89,9 +89,13 @@ bool SampleTaker::add(std::span<const SampleRequest> requests, std::span<Sample>
   if (stop()) return false;
   source_.eval(requests, samples);
   if (weigh) weigh(requests, samples);
+  keep(requests, samples);
+  return true;
+}
+
+void SampleTaker::keep(std::span<const SampleRequest> requests, std::span<const Sample> samples) {
   for (const size_t left_out : film().add(requests, samples)) drop(requests[left_out]);
   tell_progress();
-  return true;
 }
 
 PassRecord& SampleTaker::end_pass() {

@@ -33,6 +33,15 @@ class SampleTaker {
   // counted, and only the film knows. `weigh` may change their colours before that.
   using Weigh = std::function<void(std::span<const SampleRequest>, std::span<Sample>)>;
   bool add(std::span<const SampleRequest> requests, std::span<Sample> samples, const Weigh& weigh = {});
+  // The same, where rename() says after they were asked for which of the film's pixels they belong to.
+  template <class Rename>
+  bool add_renamed(std::span<SampleRequest> requests, std::span<Sample> samples, const Rename& rename) {
+    if (stop()) return false;
+    source_.eval(requests, samples);
+    rename(requests);
+    keep(requests, samples);
+    return true;
+  }
 
   // What was taken since the last one was a pass.
   PassRecord& end_pass();
@@ -51,6 +60,7 @@ class SampleTaker {
   RenderResult finish();
 
  private:
+  void keep(std::span<const SampleRequest> requests, std::span<const Sample> samples);
   void drop(const SampleRequest& request);
   void tell_progress();
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <triad/numeric/widest.hpp>
 #include <triad/sampling/point_strategy.hpp>
 #include <triad/sampling/sobol.hpp>
@@ -35,46 +36,60 @@ TRIAD_INLINE_BODY inline double place_in(int32_t pixel, uint32_t fraction) {
   return (pixel + .5) + static_cast<int32_t>(fraction ^ 0x80000000u) * 0x1p-32;
 }
 
-// Up to kLanes samples of one pixel, worked out side by side.
-template <uint32_t kLanes>
-TRIAD_INLINE_BODY inline void place_lanes(SobolOwenSeeds seeds, std::span<SampleRequest> run) {
-  const uint32_t first = run.front().index;
-  const int32_t pixel_x = run.front().pixel_x, pixel_y = run.front().pixel_y;
+// Up to kLanes samples of one pixel, worked out side by side: put(i, x, y) for each, in film pixels or, for a pixel
+// 0, 0, within their own.
+template <uint32_t kLanes, class Put>
+TRIAD_INLINE_BODY inline void place_lanes(SobolOwenSeeds seeds, uint32_t first, int32_t pixel_x, int32_t pixel_y,
+                                          size_t count, const Put& put) {
   std::array<double, kLanes> x, y;
   for (uint32_t i = 0; i < kLanes; ++i) {
     const std::array<uint32_t, 2> point = sobol_owen_point(first + i, seeds);
     x[i] = place_in(pixel_x, point[0]);
     y[i] = place_in(pixel_y, point[1]);
   }
-  for (size_t i = 0; i < run.size(); ++i) {
-    run[i].x = x[i];
-    run[i].y = y[i];
-  }
+  for (size_t i = 0; i < count; ++i) put(i, x[i], y[i]);
 }
 
-TRIAD_INLINE_BODY inline void place_runs(std::span<SampleRequest> requests) {
+// put(i, x, y) for each request.
+template <bool kOnFilm, class Put>
+TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests, const Put& put) {
   constexpr size_t kMany = 16, kFew = 4;
-  while (!requests.empty()) {
-    const SampleRequest& first = requests.front();
-    size_t n = 1;  // in the run of the first one's pixel
-    while (n < requests.size() && requests[n].pixel_x == first.pixel_x && requests[n].pixel_y == first.pixel_y) ++n;
+  for (size_t begin = 0, past = 0; begin < requests.size(); begin = past) {
+    const SampleRequest& first = requests[begin];
+    for (past = begin + 1; past < requests.size(); ++past)  // the run of the first one's pixel
+      if (requests[past].pixel_x != first.pixel_x || requests[past].pixel_y != first.pixel_y) break;
     const SobolOwenSeeds seeds(SampleRandom::pixel_key(first.pixel_x, first.pixel_y, first.seed));
-    for (size_t done = 0; done < n;) {
-      const size_t left = n - done;
-      if (left > kFew)
-        place_lanes<kMany>(seeds, requests.subspan(done, std::min(kMany, left)));
+    const int32_t x0 = kOnFilm ? first.pixel_x : 0, y0 = kOnFilm ? first.pixel_y : 0;
+    for (size_t at = begin; at < past;) {
+      const size_t left = past - at, most = left > kFew ? kMany : kFew, count = std::min(left, most);
+      const auto put_here = [&](size_t i, double x, double y) TRIAD_INLINE_BODY { put(at + i, x, y); };
+      if (most == kMany)
+        place_lanes<kMany>(seeds, requests[at].index, x0, y0, count, put_here);
       else
-        place_lanes<kFew>(seeds, requests.subspan(done, left));
-      done += std::min(left, left > kFew ? kMany : kFew);
+        place_lanes<kFew>(seeds, requests[at].index, x0, y0, count, put_here);
+      at += count;
     }
-    requests = requests.subspan(n);
   }
 }
 
 }  // namespace
 
 void place_sobol_owen(std::span<SampleRequest> requests) {
-  run_widest([&]() TRIAD_INLINE_BODY { place_runs(requests); });
+  run_widest([&]() TRIAD_INLINE_BODY {
+    place_runs<true>(requests, [&](size_t i, double x, double y) TRIAD_INLINE_BODY {
+      requests[i].x = x;
+      requests[i].y = y;
+    });
+  });
+}
+
+void sobol_owen_places(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y) {
+  run_widest([&]() TRIAD_INLINE_BODY {
+    place_runs<false>(requests, [&](size_t i, double place_x, double place_y) TRIAD_INLINE_BODY {
+      x[i] = place_x;
+      y[i] = place_y;
+    });
+  });
 }
 
 const StrategyEntry& sobol_owen_strategy() {

@@ -2,17 +2,11 @@
 // What the strategies share that take samples at the centres of a pixel's three subpixels, stripes side by side.
 #pragma once
 
-#include <triad/sampling/strategy.hpp>
+#include <triad/sampling/pixel_batches.hpp>
 
 namespace triad {
 
 inline constexpr int kSubpixels = 3;
-
-// Sets x and y to the centre of that subpixel, 0 .. 2 from the left, of the request's pixel.
-inline void place_in_subpixel(SampleRequest& request, int subpixel) {
-  request.x = request.pixel_x + (2 * subpixel + 1) / 6.;
-  request.y = request.pixel_y + .5;
-}
 
 // Throws Error(kUsage) where the film's pixels are not those of a display.
 void require_whole_pixels(const StrategyInfo& info, const RenderOptions& options);
@@ -23,14 +17,30 @@ class SubpixelSums {
   // Sizes in pixels, at least 1.
   SubpixelSums(int width, int height);
 
-  void add(int x, int y, int subpixel, const Sample& sample);
-  // Samples that add() was given for it, those that are not valid included.
+  // Takes the samples of a batch at the centres of the subpixels that subpixel(request) names, 0 .. 2 from the left,
+  // and adds them here and to the film. False: the render was stopped.
+  template <class Subpixel>
+  bool take(SampleTaker& taker, const PixelBatch& batch, const Subpixel& subpixel) {
+    for (SampleRequest& request : batch.requests) {
+      request.x = request.pixel_x + (2 * subpixel(request) + 1) / 6.;
+      request.y = request.pixel_y + .5;
+    }
+    if (!taker.take(batch.requests, batch.samples)) return false;
+    for (size_t i = 0; i < batch.requests.size(); ++i) {
+      const SampleRequest& request = batch.requests[i];
+      add(request.pixel_x, request.pixel_y, subpixel(request), batch.samples[i]);
+    }
+    return true;
+  }
+
+  // Samples that were asked for there, those that are not valid included.
   uint32_t asked(int x, int y, int subpixel) const { return at(x, y, subpixel).asked; }
   // Of the valid samples. Without any, that of the nearest subpixels in the row that have some, the one to the left
   // before the one to the right; 0 if there are none.
   std::array<double, 3> mean(int x, int y, int subpixel) const;
 
  private:
+  void add(int x, int y, int subpixel, const Sample& sample);
   struct Sum {
     std::array<double, 3> rgb{};
     uint32_t asked = 0, valid = 0;

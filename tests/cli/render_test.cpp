@@ -354,7 +354,8 @@ TEST_F(Render, ExtremeShapesWork) {
 
 TEST_F(Render, StrategiesAreListedAndExplained) {
   const std::string list = expect_success({"list", "strategies"}).out;
-  for (const char* name : {"control", "grid", "sobol-owen", "cells", "splat", "pov1", "pov4", "quad", "variance", "exact"}) {
+  for (const char* name :
+       {"control", "grid", "sobol-owen", "cells", "splat", "pov1", "pov4", "quad", "variance", "exact"}) {
     EXPECT_NE(list.find(name), std::string::npos) << list;
     EXPECT_NE(expect_success({"help", name}).out.find(name), std::string::npos);
   }

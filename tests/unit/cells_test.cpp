@@ -5,7 +5,9 @@
 
 #include <atomic>
 #include <cmath>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/analytic.hpp>
@@ -42,13 +44,6 @@ std::string refusal(const std::function<void()>& body) {
   return "";
 }
 
-// A function of the place in display pixels, for a film of cells.
-FunctionSource in_pixels(int width_px, int height_px, const Cells& cells,
-                         const std::function<double(double x, double y)>& value) {
-  return FunctionSource(width_px * cells.x, height_px * cells.y,
-                        [=](const SampleRequest& r) { return grey(value(r.x / cells.x, r.y / cells.y)); });
-}
-
 // A slanted edge through many pixels, each crossed at another offset; of the film's pixels.
 HalfPlaneSource edge(int width_px, int height_px, const Cells& cells) {
   return HalfPlaneSource(width_px * cells.x, height_px * cells.y, .6 / cells.x, .8 / cells.y, .55 * width_px, kWhite,
@@ -60,7 +55,7 @@ double rmse(const RenderResult& result, const Source& source) {
   double squares = 0;
   for (int y = 0; y < source.height(); ++y)
     for (int x = 0; x < source.width(); ++x) {
-      const double error = result.colour[result.film.pixel(x, y)][0] - (*source.integral(x, y, x + 1, y + 1))[0];
+      const double error = result.mean(result.film.pixel(x, y))[0] - (*source.integral(x, y, x + 1, y + 1))[0];
       squares += error * error;
     }
   return std::sqrt(squares / static_cast<double>(result.film.pixels()));
@@ -83,10 +78,9 @@ TEST(Cells, CountsAndConstantsOnTheCellsOfEveryLayout) {
       const RenderResult result = render(text, counted, cells);
       EXPECT_EQ(counted.samples(), uint64_t{spp} * kWidth * kHeight) << layout.name << " " << text;
       EXPECT_EQ(result.samples, counted.samples());
-      ASSERT_EQ(result.colour.size(), flat.width() * static_cast<size_t>(flat.height()));
-      for (const Colour& colour : result.colour)
+      for (size_t p = 0; p < result.film.pixels(); ++p)
         for (size_t c = 0; c < 3; ++c)
-          ASSERT_NEAR(colour[c], flat.integral(0, 0, 1, 1)->at(c), 1e-14) << layout.name << " " << text;
+          ASSERT_NEAR(result.mean(p)[c], flat.integral(0, 0, 1, 1)->at(c), 1e-14) << layout.name << " " << text;
       for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
           uint32_t in_pixel = 0;
@@ -99,28 +93,6 @@ TEST(Cells, CountsAndConstantsOnTheCellsOfEveryLayout) {
   }
 }
 
-TEST(Cells, TogetherAPixelsCellsHaveThePlainMean) {
-  const auto value = [](double x, double y) { return std::sin(7 * x + 2 * y * y) + (x > y) + 2; };
-  const FunctionSource plain = in_pixels(19, 11, {1, 1}, value);
-  for (const Layout& layout : reference::all_layouts()) {
-    const Cells cells{layout.cells_x, layout.cells_y};
-    const FunctionSource source = in_pixels(19, 11, cells, value);
-    for (const char* spp : {"1", "2", "16", "32"}) {
-      const RenderResult expected = render(std::string("sobol-owen:spp=") + spp, plain, {}, 8);
-      const RenderResult result = render(std::string("cells:spp=") + spp, source, cells, 8);
-      for (int y = 0; y < 11; ++y)
-        for (int x = 0; x < 19; ++x) {
-          double sum = 0;
-          for (int v = 0; v < cells.y; ++v)
-            for (int u = 0; u < cells.x; ++u)
-              sum += result.colour[result.film.pixel(x * cells.x + u, y * cells.y + v)][0];
-          ASSERT_NEAR(sum / layout.pixel_cells(), expected.film.mean(expected.film.pixel(x, y))[0], 1e-6)
-              << layout.name << " " << spp;
-        }
-    }
-  }
-}
-
 TEST(Cells, WithOneCellItIsPlainAntialiasing) {
   const HalfPlaneSource source = edge(21, 17, {1, 1});
   for (const char* spp : {"1", "7", "16", "100"}) {
@@ -128,51 +100,95 @@ TEST(Cells, WithOneCellItIsPlainAntialiasing) {
     const RenderResult result = render(std::string("cells:spp=") + spp, source, {}, 3);
     for (size_t p = 0; p < plain.film.pixels(); ++p) {
       EXPECT_EQ(result.film.count(p), plain.film.count(p));
-      ASSERT_NEAR(result.colour[p][0], plain.film.mean(p)[0], 1e-14) << spp;
+      ASSERT_EQ(result.mean(p), plain.mean(p)) << spp;
     }
   }
 }
 
-// Light that is the number of the stratum: whatever the random numbers, a cell is the mean of the strata in it, those
-// on its border by the part that is inside.
-TEST(Cells, StrataAreSharedByWhatTheyCover) {
+// Whatever the random numbers, a cell has the samples of its strata: as many as its neighbours, or one row of them
+// more.
+TEST(Cells, EachHasItsShareOfTheSamples) {
   struct Case {
     const char* strategy;
     Cells cells;
-    int across, down;  // strata
+    std::vector<uint32_t> across, down;  // strata of each of a pixel's cells
   };
   for (const Case& c :
-       {Case{"cells:spp=16", {3, 1}, 16, 1}, Case{"cells:spp=16", {1, 3}, 1, 16}, Case{"cells:spp=16", {4, 1}, 16, 1},
-        Case{"cells:spp=16", {2, 2}, 4, 4}, Case{"cells:spp=64", {6, 6}, 8, 8}, Case{"cells:spp=16", {6, 6}, 4, 4},
-        Case{"cells:spp=32", {4, 2}, 8, 4}, Case{"cells:spp=9,points=jitter", {2, 2}, 3, 3},
-        Case{"cells:spp=16,points=jitter", {3, 1}, 4, 4}}) {
-    const auto value = [&](double x, double y) {
-      return std::floor(c.across * (x - std::floor(x))) + 100 * std::floor(c.down * (y - std::floor(y)));
-    };
-    const RenderResult result = render(c.strategy, in_pixels(3, 2, c.cells, value), c.cells);
-    // By brute force, in pieces that fit both.
-    const auto mean = [](int cell, int cells, int strata) {
-      double sum = 0;
-      for (int piece = 0; piece < strata; ++piece) sum += (cell * strata + piece) / cells;
-      return sum / strata;
-    };
-    for (int y = 0; y < 2 * c.cells.y; ++y)
-      for (int x = 0; x < 3 * c.cells.x; ++x)
-        ASSERT_NEAR(result.colour[result.film.pixel(x, y)][0],
-                    mean(x % c.cells.x, c.cells.x, c.across) + 100 * mean(y % c.cells.y, c.cells.y, c.down), 1e-9)
-            << c.strategy << " " << c.cells.x << "x" << c.cells.y << " at " << x << "," << y;
+       {Case{"cells:spp=16", {3, 1}, {5, 6, 5}, {1}}, Case{"cells:spp=64", {3, 1}, {21, 22, 21}, {1}},
+        Case{"cells:spp=16", {1, 3}, {1}, {5, 6, 5}}, Case{"cells:spp=16", {4, 1}, {4, 4, 4, 4}, {1}},
+        Case{"cells:spp=16", {2, 2}, {2, 2}, {2, 2}}, Case{"cells:spp=32", {4, 2}, {2, 2, 2, 2}, {2, 2}},
+        Case{"cells:spp=64", {6, 6}, {1, 2, 1, 1, 2, 1}, {1, 2, 1, 1, 2, 1}},
+        Case{"cells:spp=9,points=jitter", {2, 2}, {2, 1}, {2, 1}},
+        Case{"cells:spp=16,points=jitter", {3, 1}, {1, 2, 1}, {4}}}) {
+    const RampSource flat(5 * c.cells.x, 4 * c.cells.y, kWhite, kBlack, kBlack);
+    for (const uint64_t seed : {0, 1, 2}) {
+      const RenderResult result = render(c.strategy, flat, c.cells, seed);
+      EXPECT_TRUE(result.colour.empty());
+      for (int y = 0; y < 4 * c.cells.y; ++y)
+        for (int x = 0; x < 5 * c.cells.x; ++x)
+          ASSERT_EQ(result.film.count(result.film.pixel(x, y)),
+                    c.across[static_cast<size_t>(x % c.cells.x)] * c.down[static_cast<size_t>(y % c.cells.y)])
+              << c.strategy << " " << c.cells.x << "x" << c.cells.y << " at " << x << "," << y;
+    }
   }
 }
 
-TEST(Cells, RandomPointsStandForTheirOwnCell) {
-  const auto value = [](double x, double) { return std::floor(3 * (x - std::floor(x))); };
-  const RenderResult result = render("cells:spp=64,points=random", in_pixels(20, 20, {3, 1}, value), {3, 1});
-  for (int y = 0; y < 20; ++y)
-    for (int x = 0; x < 60; ++x) {
-      const size_t p = result.film.pixel(x, y);
-      ASSERT_GT(result.film.count(p), 0u);
-      ASSERT_EQ(result.colour[p][0], x % 3);
+TEST(Cells, SamplesCountInTheCellThatTheyLieInAndCarryTheKeyOfTheirPixel) {
+  constexpr int kWidth = 7, kHeight = 5;
+  for (const Cells cells : {Cells{3, 1}, Cells{2, 2}, Cells{6, 6}, Cells{16, 16}})
+    for (const char* text : {"cells:spp=37", "cells:spp=36,points=jitter", "cells:spp=16,points=random"}) {
+      std::mutex mutex;
+      std::set<std::tuple<int, int, uint32_t>> keys;
+      const FunctionSource source(kWidth * cells.x, kHeight * cells.y, [&](const SampleRequest& r) {
+        const std::lock_guard lock(mutex);
+        EXPECT_TRUE(keys.insert({r.pixel_x, r.pixel_y, r.index}).second);
+        EXPECT_EQ(std::floor(r.x / cells.x), r.pixel_x);
+        EXPECT_EQ(std::floor(r.y / cells.y), r.pixel_y);
+        return grey(std::floor(r.x) + 1000 * std::floor(r.y));
+      });
+      const RenderResult result = render(text, source, cells);
+      for (int y = 0; y < kHeight * cells.y; ++y)
+        for (int x = 0; x < kWidth * cells.x; ++x) {
+          const size_t p = result.film.pixel(x, y);
+          if (result.film.count(p) == 0) continue;
+          ASSERT_EQ(result.mean(p)[0], x + 1000 * y) << text;
+        }
     }
+}
+
+TEST(Cells, MeanOverSeedsIsTheIntegral) {
+  // z-test for each cell that the edge crosses, its variance taken from the seeds themselves.
+  const Cells cells{3, 2};
+  const HalfPlaneSource source = edge(7, 6, cells);
+  constexpr int kSeeds = 400;
+  for (const char* text : {"cells:spp=16", "cells:spp=25,points=jitter"}) {
+    std::vector<double> sum(size_t{7 * 6 * 6}), squares(sum.size());
+    for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+      const RenderResult result = render(text, source, cells, seed);
+      for (size_t p = 0; p < sum.size(); ++p) {
+        const double value = result.mean(p)[0];
+        sum[p] += value;
+        squares[p] += value * value;
+      }
+    }
+    int crossed = 0;
+    double chi2 = 0;
+    for (int y = 0; y < source.height(); ++y)
+      for (int x = 0; x < source.width(); ++x) {
+        const auto p = static_cast<size_t>(y * source.width() + x);
+        const double exact = source.integral(x, y, x + 1, y + 1)->at(0), mean = sum[p] / kSeeds;
+        if (exact < .05 || exact > .95) {
+          EXPECT_NEAR(mean, exact, .04) << x << "," << y;
+          continue;
+        }
+        ++crossed;
+        const double z = (mean - exact) / std::sqrt((squares[p] - sum[p] * mean) / (kSeeds - 1) / kSeeds);
+        EXPECT_LT(std::abs(z), 4.5) << text << " at " << x << "," << y;
+        chi2 += z * z;
+      }
+    EXPECT_GT(crossed, 15);
+    EXPECT_NEAR(chi2, crossed, 4 * std::sqrt(2. * crossed)) << text;
+  }
 }
 
 TEST(Cells, EmptyCellsTakeTheNearestOnes) {
@@ -184,7 +200,7 @@ TEST(Cells, EmptyCellsTakeTheNearestOnes) {
   int cells = 0;
   for (int y = 12; y < 38 * 6; ++y)
     for (int x = 12; x < 58 * 6; ++x, ++cells) {
-      const double error = result.colour[result.film.pixel(x, y)][0] - x;
+      const double error = result.mean(result.film.pixel(x, y))[0] - x;
       ASSERT_LE(std::abs(error), 12);
       shift += error;
       squares += error * error;
@@ -226,7 +242,7 @@ TEST(Cells, InvalidSamplesPoisonNobody) {
       for (int x = 0; x < 45; ++x) {
         const size_t p = result.film.pixel(x, y);
         // A lost cell takes what is about it, which has the same light.
-        for (size_t c = 0; c < 3; ++c) ASSERT_NEAR(result.colour[p][c], expected.colour[p][c], 1e-14);
+        for (size_t c = 0; c < 3; ++c) ASSERT_NEAR(result.mean(p)[c], expected.mean(p)[c], 1e-14);
       }
   }
   const FunctionSource nothing(12, 4, [](const SampleRequest&) {
@@ -245,7 +261,8 @@ TEST(Cells, SameBitsForAnyThreadsAndTiles) {
     sample.valid = random.uniform(63) < .9f;
     return sample;
   });
-  for (const char* text : {"cells:spp=24", "cells:spp=36,points=jitter", "cells:spp=3,points=random"}) {
+  for (const char* text : {"cells:spp=24", "cells:spp=36,points=jitter", "cells:spp=3,points=random",
+                           "cells:spp=64,threshold=1e7,least=4"}) {
     std::optional<RenderResult> first;
     for (const int threads : {1, 2, 7})
       for (const int tile : {1, 5, 32, 1000}) {
@@ -283,6 +300,42 @@ TEST(Cells, EstimatesTheErrorOfDisplayPixels) {
   EXPECT_GE(until.samples, 64u * 1200);
 }
 
+TEST(Cells, WithAThresholdSamplesGoWhereNoiseIsSeen) {
+  const Cells cells{3, 1};
+  // Nothing to be unsure of: the first samples are all. Noise that never falls below the threshold: spp.
+  const RampSource flat(40 * 3, 30, {.3f, .5f, .7f}, kBlack, kBlack);
+  EXPECT_EQ(render("cells:spp=256,threshold=.001,least=4", flat, cells).samples, 4u * 40 * 30);
+  EXPECT_EQ(render("cells:spp=64,threshold=1e-9,least=4", test::noise(40 * 3, 30, .5, 1), cells).samples,
+            64u * 40 * 30);
+  // An edge: pixels go on if it crosses them or a neighbour, which is to say within 2.1 of it.
+  const HalfPlaneSource source = edge(60, 60, cells);
+  const RenderResult result = render("cells:spp=256,threshold=.002,least=8", source, cells);
+  int crossed = 0, all_the_way = 0;
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 60; ++x) {
+      const double distance = std::abs(.6 * (x + .5) + .8 * (y + .5) - .55 * 60);
+      uint32_t n = 0;
+      for (int u = 0; u < 3; ++u) n += result.film.count(result.film.pixel(3 * x + u, y));
+      ASSERT_TRUE(n == 8 || n == 16 || n == 32 || n == 64 || n == 128 || n == 256) << n;
+      if (distance > 2.5) {
+        ASSERT_EQ(n, 8u) << x << "," << y;
+      }
+      if (distance < .3) {
+        ++crossed;
+        all_the_way += n == 256;
+      }
+    }
+  EXPECT_GT(crossed, 30);
+  EXPECT_GT(all_the_way, .8 * crossed);
+  // And are worth more there than everywhere.
+  EXPECT_LT(result.samples, 40u * 60 * 60);
+  EXPECT_LT(rmse(result, source), .5 * rmse(render("cells:spp=40", source, cells), source));
+  // Further out, an eye sees less of the same noise, and fewer go on.
+  const RenderResult near = render("cells:spp=256,threshold=.02,least=8,ppd=20", source, cells);
+  const RenderResult far = render("cells:spp=256,threshold=.02,least=8,ppd=150", source, cells);
+  EXPECT_LT(10 * far.samples, 9 * near.samples);
+}
+
 TEST(Cells, AnEndedRenderIsWhole) {
   const RampSource flat(96, 64, {.5f, .5f, .5f}, kBlack, kBlack);
   RenderOptions options;
@@ -293,8 +346,7 @@ TEST(Cells, AnEndedRenderIsWhole) {
   const RenderResult result = make_strategy("cells:spp=1024", "")->render(flat, options);
   EXPECT_FALSE(result.complete);
   EXPECT_LT(result.samples, 1024u * 32 * 64);
-  for (const Colour& colour : result.colour)
-    for (const double value : colour) ASSERT_NEAR(value, .5, 1e-14);
+  for (size_t p = 0; p < result.film.pixels(); ++p) ASSERT_EQ(result.mean(p), (Colour{.5, .5, .5}));
 }
 
 TEST(Cells, RefusesWhatDoesNotFit) {
@@ -303,4 +355,6 @@ TEST(Cells, RefusesWhatDoesNotFit) {
   EXPECT_THAT(refusal([&] { render("cells", flat, {1, 3}); }), HasSubstr("100x10 has none of 1x3 cells"));
   EXPECT_THAT(refusal([] { make_strategy("cells:spp=15,points=jitter", "--strategy"); }),
               HasSubstr("spp=15 is no square number; 16 would do"));
+  EXPECT_THAT(refusal([] { make_strategy("cells:spp=4,threshold=1", "--strategy"); }),
+              HasSubstr("least=8 is above spp=4"));
 }
