@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// triad list [filters|metrics|colours|layouts|strategies|scenes], triad help NAME
+// triad list [filters|metrics|colours|layouts|strategies|scenes|functions], triad help NAME
 #include <fmt/format.h>
 
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/display/layout.hpp>
-#include <triad/sampling/strategy.hpp>
+#include <triad/sampling/functions.hpp>
 
 #include "bundled_scenes.hpp"
 #include "options.hpp"
@@ -36,7 +36,8 @@ nlohmann::ordered_json stage_json(const StageInfo& info) {
 }
 
 void list(const ListOptions& options) {
-  static const std::vector<std::string> kWhat{"filters", "metrics", "colours", "layouts", "strategies", "scenes"};
+  static const std::vector<std::string> kWhat{"filters",    "metrics", "colours",  "layouts",
+                                              "strategies", "scenes",  "functions"};
   if (!options.what.empty() && std::find(kWhat.begin(), kWhat.end(), options.what) == kWhat.end())
     throw_usage("cannot list '" + options.what + "'" + did_you_mean(options.what, kWhat) + "; there are '" +
                 join(kWhat, "', '") + "'");
@@ -97,16 +98,24 @@ void list(const ListOptions& options) {
       text += fmt::format("  {:<16} {}\n", scene.name, printable(about));
     }
   }
+  if (wanted("functions")) {
+    root["functions"] = nlohmann::ordered_json::array();
+    text += "functions, drawn by triad render where no bundled scene has the name\n";
+    for (const FunctionInfo* info : function_list()) {
+      root["functions"].push_back({{"id", info->name}, {"summary", info->summary}});
+      text += fmt::format("  {:<16} {}\n", info->name, info->summary);
+    }
+  }
   std::cout << (options.json ? root.dump(2) + "\n" : text);
 }
 
-void help_strategy(const StrategyInfo& info, bool as_json) {
+// Of a strategy or a function.
+void help_named(const StrategyInfo& info, const std::string& kind, bool as_json) {
   if (!as_json) {
     std::cout << strategy_help(info);
     return;
   }
-  nlohmann::ordered_json object{
-      {"id", info.name}, {"kind", "strategy"}, {"summary", info.summary}, {"doc", info.doc}};
+  nlohmann::ordered_json object{{"id", info.name}, {"kind", kind}, {"summary", info.summary}, {"doc", info.doc}};
   object["parameters"] = nlohmann::ordered_json::array();
   for (const StrategyParam& param : info.params) {
     // null: without end.
@@ -115,19 +124,24 @@ void help_strategy(const StrategyInfo& info, bool as_json) {
       if (param.decimals) return value;
       return static_cast<int64_t>(value);
     };
-    object["parameters"].push_back({{"name", param.name},
-                                    {"type", param.decimals ? "float" : "int"},
-                                    {"doc", param.doc},
-                                    {"min", number(param.least)},
-                                    {"max", number(param.most)},
-                                    {"default", number(param.usual)}});
+    nlohmann::ordered_json entry{{"name", param.name}};
+    if (!param.choices.empty()) {
+      entry.update({{"type", "choice"}, {"doc", param.doc}, {"choices", param.choices}});
+      entry["default"] = strategy_value(param, param.usual);
+    } else {
+      entry.update({{"type", param.decimals ? "float" : "int"}, {"doc", param.doc}});
+      entry.update({{"min", number(param.least)}, {"max", number(param.most)}, {"default", number(param.usual)}});
+    }
+    object["parameters"].push_back(std::move(entry));
   }
   std::cout << object.dump(2) << "\n";
 }
 
 void help(const ListOptions& options) {
   for (const StrategyInfo* strategy : strategy_list())
-    if (strategy->name == options.plugin) return help_strategy(*strategy, options.json);
+    if (strategy->name == options.plugin) return help_named(*strategy, "strategy", options.json);
+  for (const FunctionInfo* function : function_list())
+    if (function->name == options.plugin) return help_named(*function, "function", options.json);
   PluginHost host(options.host.plugin_path);
   const StageInfo& info = host.find(options.plugin);
   if (!options.json) {
@@ -170,8 +184,10 @@ void help(const ListOptions& options) {
 
 void setup_list(CLI::App& app) {
   auto options = std::make_shared<ListOptions>();
-  CLI::App* verb = app.add_subcommand("list", "List filters, metrics, colour spaces, layouts, strategies and scenes");
-  verb->add_option("what", options->what, "filters, metrics, colours, layouts, strategies or scenes (default: all)")
+  CLI::App* verb =
+      app.add_subcommand("list", "List filters, metrics, colour spaces, layouts, strategies, scenes and functions");
+  verb->add_option("what", options->what,
+                   "filters, metrics, colours, layouts, strategies, scenes or functions (default: all)")
       ->type_name("WHAT");
   verb->add_flag("--json", options->json, "As JSON");
   options->host.add_plugin_path(*verb);
@@ -182,8 +198,9 @@ void setup_list(CLI::App& app) {
 
 void setup_help(CLI::App& app) {
   auto options = std::make_shared<ListOptions>();
-  CLI::App* verb = app.add_subcommand("help", "Explain a plugin or strategy: what it does, and its parameters");
-  verb->add_option("plugin", options->plugin, "A filter's, metric's or strategy's name")
+  CLI::App* verb =
+      app.add_subcommand("help", "Explain a plugin, strategy or function: what it does, and its parameters");
+  verb->add_option("plugin", options->plugin, "A filter's, metric's, strategy's or function's name")
       ->required()
       ->type_name("NAME");
   verb->add_flag("--json", options->json, "As JSON");

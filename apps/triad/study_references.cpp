@@ -52,9 +52,9 @@ bool StudyReferences::is_file(const std::string& text) {
   return name.find('.') != std::string::npos || text.find('/') != std::string::npos;
 }
 
-const StudyReference& StudyReferences::get(const StudySource& wanted, const Source& source, const std::string& text,
+const StudyReference& StudyReferences::get(const SourceRequest& wanted, const Source& source, const std::string& text,
                                            const std::string& where) {
-  const std::string key = wanted.key() + " by " + text;
+  const std::string key = source_key(wanted) + " by " + text;
   const auto known = known_.find(key);
   if (known != known_.end()) return known->second;
   const fs::path base = fs::path(folder_) / file_name(key);
@@ -80,11 +80,11 @@ const StudyReference& StudyReferences::get(const StudySource& wanted, const Sour
   return known_[key] = reference;
 }
 
-StudyReference StudyReferences::load(const std::string& path, const StudySource& wanted,
+StudyReference StudyReferences::load(const std::string& path, const SourceRequest& wanted,
                                      const std::string& where) const {
   const auto file = open_file_source(path, {}, colours_);
   Image image{file->spec(), {}};
-  const PictureSize film = film_size(wanted.size, wanted.cells);
+  const PictureSize film = film_size(wanted.picture, wanted.cells);
   if (image.spec.width != film.width || image.spec.height != film.height)
     throw_input(fmt::format("{}: the reference '{}' has {}x{} pixels, and {}x{} are needed for {}x{} cells a pixel",
                             where, path, image.spec.width, image.spec.height, film.width, film.height, wanted.cells.x,
@@ -98,7 +98,7 @@ StudyReference StudyReferences::load(const std::string& path, const StudySource&
   return {{path, std::make_shared<const Image>(std::move(image))}, 0};
 }
 
-StudyReference StudyReferences::draw(const StudySource& wanted, const Source& source, const std::string& text,
+StudyReference StudyReferences::draw(const SourceRequest& wanted, const Source& source, const std::string& text,
                                      const std::string& where) const {
   const auto strategy = make_strategy(text, where);
   RenderOptions options;

@@ -23,7 +23,7 @@ class StudyReferences {
   // The picture of `source`, which was made as `wanted` says. `text`: a strategy, or a picture's file. Throws
   // Error(kInput), `where` first: a file that is not there or of another size; and what the strategy throws. Ctrl-C
   // ends it with Error(kCancelled).
-  const StudyReference& get(const StudySource& wanted, const Source& source, const std::string& text,
+  const StudyReference& get(const SourceRequest& wanted, const Source& source, const std::string& text,
                             const std::string& where);
   // The means of the pixels' cells.
   const StudyReference& averaged(const StudyReference& wide);
@@ -32,8 +32,8 @@ class StudyReferences {
   static bool is_file(const std::string& text);
 
  private:
-  StudyReference load(const std::string& path, const StudySource& wanted, const std::string& where) const;
-  StudyReference draw(const StudySource& wanted, const Source& source, const std::string& text,
+  StudyReference load(const std::string& path, const SourceRequest& wanted, const std::string& where) const;
+  StudyReference draw(const SourceRequest& wanted, const Source& source, const std::string& text,
                       const std::string& where) const;
 
   const std::string folder_;

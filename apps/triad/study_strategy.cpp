@@ -49,7 +49,7 @@ class StrategyWork final : public StudyWork {
     bool wide = false;  // judges by the cells of a panel's pixels
   };
   struct Job {
-    StudySource wanted;
+    SourceRequest wanted;
     std::string layout, filter, reference, second;  // "": none
     std::unique_ptr<Strategy> strategy;
     std::vector<ChainItem> stages;
@@ -77,7 +77,7 @@ class StrategyWork final : public StudyWork {
     const SettingValues values(plan_.file, settings);
     Job job;
     values.seed();
-    job.wanted = StudySource::of(values, "source");
+    job.wanted = study_source(values, "source");
     job.layout = values.text_or("layout", "");
     const auto filled = [&, known = job.layout.empty() ? std::map<std::string, std::string>{}
                                                        : layout_values(job.layout)](const std::string& text) {
@@ -128,16 +128,16 @@ class StrategyWork final : public StudyWork {
     }
   }
 
-  const Source& find_source(const StudySource& wanted) {
-    auto& source = sources_[wanted.key()];
-    if (!source) source = make_study_source(wanted, "'" + plan_.file + "'");
+  const Source& find_source(const SourceRequest& wanted) {
+    auto& source = sources_[source_key(wanted)];
+    if (!source) source = open_source(wanted, "'" + plan_.file + "'").source;
     return *source;
   }
 
   void make_ready(Job& job) {
     if (!job.truth.empty()) return;
     const std::string where = "'" + plan_.file + "'";
-    StudySource pixels = job.wanted, wide = job.wanted;
+    SourceRequest pixels = job.wanted, wide = job.wanted;
     pixels.cells = {};
     pixels.geometry = wide.geometry = false;  // the same picture for all strategies
     const bool any_wide = std::any_of(job.metrics.begin(), job.metrics.end(), [](const auto& m) { return m.wide; });
@@ -184,7 +184,8 @@ class StrategyWork final : public StudyWork {
     measured.insert(measured.end(), filtered.begin(), filtered.end());
     const auto samples = static_cast<double>(result.samples);
     measured.emplace_back("samples", samples);
-    measured.emplace_back("spp", samples / (static_cast<double>(job.wanted.size.width) * job.wanted.size.height));
+    measured.emplace_back("spp",
+                          samples / (static_cast<double>(job.wanted.picture.width) * job.wanted.picture.height));
     measured.emplace_back("dropped", static_cast<double>(result.dropped));
     measured.insert(measured.end(), work.begin(), work.end());
     auto& scores = job.scores[seed];
@@ -213,7 +214,7 @@ class StrategyWork final : public StudyWork {
   }
 
   Measurements judge(const Job& job, const Image& image) {
-    const PictureSize& size = job.wanted.size;
+    const PictureSize& size = job.wanted.picture;
     if (image.spec.width != size.width || image.spec.height != size.height)
       throw_input(fmt::format(
           "what comes out has {}x{} pixels, not {}x{}; a 'filter' such as box:x={},y={} or platt "

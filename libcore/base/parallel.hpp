@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over independent work on all threads of the process-wide limit.
+// Loops over independent work on all threads of the process-wide limit; and what else this machine has.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,9 @@ namespace triad {
 // Call it once, early, from the main thread.
 void set_thread_limit(int threads);
 int thread_limit();
+
+// Bytes of memory that this machine has.
+uint64_t machine_memory_bytes();
 
 // body(i) for i in [0, n), in any order, on up to thread_limit() threads. The first exception is rethrown.
 void parallel_for(int64_t n, const std::function<void(int64_t)>& body);

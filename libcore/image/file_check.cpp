@@ -240,6 +240,27 @@ void check_exr(const std::string& path) {
   }
 }
 
+// OpenImageIO's name of the format that has this extension; "" if none has.
+std::string format_of_extension(const std::string& path) {
+  const std::string extension = lower(std::filesystem::path(path).extension().string());
+  std::string table;
+  OIIO::getattribute("extension_list", table);
+  for (const auto& entry : split_quoted(table, ';')) {
+    const size_t colon = entry.find(':');
+    if (colon == std::string::npos || extension.size() < 2) continue;
+    for (const auto& known : split_quoted(entry.substr(colon + 1), ','))
+      if ("." + known == extension) return entry.substr(0, colon);
+  }
+  return "";
+}
+
+// A still picture of pixels.
+bool is_still(const std::string& format) {
+  for (const char* other : {"", "null", "term", "raw", "ffmpeg", "openvdb"})
+    if (format == other) return false;
+  return true;
+}
+
 }  // namespace
 
 uint64_t file_size(const std::string& path) {
@@ -284,22 +305,12 @@ std::string recognise_format(const std::string& path) {
   if (begins("\xff\xd8"sv)) return "jpeg";
   if (begins("#?RADIANCE"sv) || begins("#?RGBE"sv)) return "hdr";
 
-  const std::string extension = lower(std::filesystem::path(path).extension().string());
-  std::string table;
-  OIIO::getattribute("extension_list", table);
-  for (const auto& entry : split_quoted(table, ';')) {
-    const size_t colon = entry.find(':');
-    if (colon == std::string::npos || extension.size() < 2) continue;
-    const std::string format = entry.substr(0, colon);
-    for (const auto& known : split_quoted(entry.substr(colon + 1), ','))
-      if ("." + known == extension) {
-        for (const char* strict : {"openexr", "png", "tiff", "jpeg", "hdr"})
-          if (format == strict) refuse(path, "its contents are not those of a " + extension.substr(1) + " picture");
-        for (const char* other : {"null", "term", "raw", "ffmpeg", "openvdb"})  // no still picture of pixels
-          if (format == other) refuse(path, "it is not a picture that Triad reads");
-        return format;
-      }
-  }
+  const std::string format = format_of_extension(path);
+  const std::string extension = std::filesystem::path(path).extension().string();
+  for (const char* strict : {"openexr", "png", "tiff", "jpeg", "hdr"})
+    if (format == strict) refuse(path, "its contents are not those of a " + lower(extension).substr(1) + " picture");
+  if (is_still(format)) return format;
+  if (!format.empty()) refuse(path, "it is not a picture that Triad reads");
   refuse(path, "it is not a picture that Triad reads (EXR, PNG, TIFF, HDR, JPEG ...)");
 }
 
@@ -340,3 +351,9 @@ void check_header(const std::string& path, const std::string& format) {
 }
 
 }  // namespace triad::image
+
+namespace triad {
+
+bool has_picture_extension(const std::string& path) { return image::is_still(image::format_of_extension(path)); }
+
+}  // namespace triad

@@ -85,6 +85,9 @@ class ImageReader {
   virtual uint64_t decoder_bytes() const = 0;
 };
 
+// Whether the name ends as those of pictures do that can be read; the file need not exist.
+bool has_picture_extension(const std::string& path);
+
 // The whole picture. Throws as the reader does.
 Image read_image(const std::string& path, const ReadOptions& options = {});
 

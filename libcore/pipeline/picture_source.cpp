@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstring>
-#include <triad/base/log.hpp>
-#include <triad/base/text.hpp>
+#include <triad/colour/file_space.hpp>
 #include <triad/pipeline/picture_source.hpp>
 
 namespace triad {
@@ -11,7 +10,7 @@ class FileSource final : public PictureSource {
  public:
   FileSource(const std::string& path, const ReadOptions& options, const ColourConfig& config)
       : reader_(ImageReader::open(path, options)), spec_(reader_->spec()) {
-    spec_.colour_space = resolve_space(path, options, config);
+    spec_.colour_space = file_colour_space(*reader_, options.colour_space, config);
   }
   const ImageSpec& spec() const override { return spec_; }
   void read_rows(RowRange rows, float* out, size_t row_stride) override {
@@ -24,25 +23,6 @@ class FileSource final : public PictureSource {
   }
 
  private:
-  std::string resolve_space(const std::string& path, const ReadOptions& options, const ColourConfig& config) {
-    if (!options.colour_space.empty()) return config.require(options.colour_space, "--from");
-    if (spec_.colour_channels == 0) return "";
-    if (const auto& xy = reader_->info().chromaticities) {
-      const std::string matched = config.match_chromaticities(*xy);
-      if (!matched.empty()) return matched;
-      warn("'" + path + "': its chromaticities fit no linear space of the colour configuration; taken for '" +
-           config.lin_rec709() + "', name another with --from");
-      return config.lin_rec709();
-    }
-    const std::string& said = reader_->spec().colour_space;
-    if (said.empty()) return "";
-    const std::string known = config.resolve(said);
-    if (!known.empty()) return known;
-    warn("'" + path + "': its colour space '" + said + "' is not in the colour configuration; taken for '" +
-         config.lin_rec709() + "', name another with --from");
-    return config.lin_rec709();
-  }
-
   std::unique_ptr<ImageReader> reader_;
   ImageSpec spec_;
 };

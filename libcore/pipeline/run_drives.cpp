@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the work of a Run is cut into drives and strips, and what memory that takes.
-#include <unistd.h>
-
 #include <algorithm>
 #include <numeric>
 #include <triad/base/error.hpp>
@@ -277,9 +275,7 @@ uint64_t Run::Impl::estimate(const Drive& drive, const TokenPlan& token) const {
 }
 
 void Run::Impl::fit_memory() {
-  const uint64_t limit = request.max_memory ? request.max_memory
-                                            : static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) *
-                                                  static_cast<uint64_t>(sysconf(_SC_PAGESIZE)) / 2;
+  const uint64_t limit = request.max_memory ? request.max_memory : machine_memory_bytes() / 2;
   uint64_t fixed = kBaseBytes + input->memory_bytes();
   for (const Reference& reference : references) fixed += reference.source->memory_bytes();
   // Encoders hold some blocks of rows: about three of 64 rows, measured over the formats.

@@ -5,21 +5,30 @@
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/exact.hpp>
+#include <triad/sampling/reconstruction.hpp>
 #include <triad/sampling/strategy_base.hpp>
 
 namespace triad {
 namespace {
 
-const StrategyInfo kInfo{
-    "exact",
-    "no samples: the filtered picture itself, of functions and pictures that know it",
-    "What the other strategies try to find, to double precision, to judge them by. With filter=box it is the mean "
-    "over "
-    "each pixel, which every function but the strokes has, and every picture file. With filter=normal it is weighted "
-    "by a normal distribution about the pixel's middle, cut nowhere, which straight edges, stripes, zone plates and "
-    "the upright checkerboard have. Scenes have neither.",
-    {choice_param("filter", "what each pixel is weighted by", {"box", "normal"}),
-     {"sigma", "pixels, of filter=normal", 1e-3, 1e3, .5, true}}};
+// "normal" after the reconstruction filters.
+std::vector<std::string> filter_names() {
+  std::vector<std::string> names = reconstruction_names();
+  names.push_back("normal");
+  return names;
+}
+
+const StrategyInfo kInfo{"exact",
+                         "no samples: the filtered picture itself, of functions and pictures that know it",
+                         "What the other strategies try to find, to double precision, to judge them by. Under the "
+                         "filters box and box2 every "
+                         "function but the strokes has it, and every picture file. Under all of them, flat, ramp, "
+                         "and what stands upright: "
+                         "half-plane, thin-line, stripes and checker at an angle of 0. Under normal, a normal "
+                         "distribution of sigma 1/2 cut "
+                         "nowhere, at other angles too, but for the checker; and the zone plate. Scenes have none.",
+                         {choice_param("filter", "the reconstruction filter", filter_names()),
+                          {"scale", "how many times as wide the filter is", .01, 100, 1, true}}};
 
 class Exact final : public StrategyBase {
  public:
@@ -32,8 +41,8 @@ class Exact final : public StrategyBase {
     FilmPlanes planes = options.planes;
     planes.error = planes.samples = false;
     if (planes != FilmPlanes{}) throw_usage("the strategy 'exact' takes no samples, and has no channels but colour");
-    ExactOptions exact{.filter = {}, .stop = options.stop, .progress = options.progress};
-    if (whole("filter") != 0) exact.filter = SeparableFilter{.gaussian_sigma_px = value("sigma")};
+    ExactOptions exact{.progress = options.progress};
+    choose_filter(exact);
     const auto start = std::chrono::steady_clock::now();
     std::atomic<bool> stopped{false};
     exact.stop = [&] {
@@ -47,13 +56,31 @@ class Exact final : public StrategyBase {
     result.passes.push_back({0, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
     return result;
   }
+
+ private:
+  void choose_filter(ExactOptions& exact) const {
+    const double scale = value("scale");
+    if (whole("filter") == reconstruction_names().size()) {
+      exact.filter = SeparableFilter{.gaussian_sigma_px = .5 * scale};
+      return;
+    }
+    const ReconstructionFilter filter(static_cast<ReconstructionKernel>(whole("filter")), scale);
+    const bool is_box = filter.name() == "box" || filter.name() == "box2";
+    if (is_box)
+      exact.box_px = 2 * filter.radius_px();
+    else
+      exact.filter = SeparableFilter{.radius_px = filter.radius_px(),
+                                     .cumulative = [filter](double t) { return filter.cumulative(t); }};
+  }
 };
 
 }  // namespace
 
 std::vector<std::array<double, 3>> exact_picture(const Source& source, const ExactOptions& options) {
   const auto value = [&](int x, int y) {
-    return options.filter ? source.filtered(x + .5, y + .5, *options.filter) : source.integral(x, y, x + 1, y + 1);
+    const double left = x + .5 * (1 - options.box_px), top = y + .5 * (1 - options.box_px);
+    return options.filter ? source.filtered(x + .5, y + .5, *options.filter)
+                          : source.integral(left, top, left + options.box_px, top + options.box_px);
   };
   if (!value(0, 0))
     throw_usage(options.filter ? "this source has no closed form under that filter; take filter=box, or samples"

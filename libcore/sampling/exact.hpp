@@ -9,8 +9,9 @@
 namespace triad {
 
 struct ExactOptions {
-  // Nothing: the mean over each pixel, Source::integral(). Else Source::filtered() about each pixel's middle.
-  std::optional<SeparableFilter> filter;
+  // About each pixel's middle: the mean over a square of that side, Source::integral(); or Source::filtered().
+  double box_px = 1;
+  std::optional<SeparableFilter> filter{};
   std::function<bool()> stop{};                  // asked for each row, by any thread; true ends it early
   std::function<void(double share)> progress{};  // one call at a time, by any thread
 };

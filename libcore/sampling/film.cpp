@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -37,10 +35,6 @@ bool finite(const std::array<float, 3>& v) {
 
 void add_to(std::array<double, 3>& sum, const std::array<float, 3>& v) {
   for (int c = 0; c < 3; ++c) sum[c] += v[c];
-}
-
-double machine_bytes() {
-  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
 }  // namespace
@@ -86,10 +80,10 @@ void require_film_memory(int width, int height, const FilmPlanes& planes) {
                       24 * planes.normal + 24 * planes.albedo + 4 * planes.object_id + 4 * planes.material_id +
                       sizeof(float) * film_channels(planes).size();  // and the picture made of it
   const double bytes = static_cast<double>(each) * width * height;
-  if (bytes > machine_bytes())
+  if (bytes > static_cast<double>(machine_memory_bytes()))
     throw_input("a picture of " + std::to_string(width) + "x" + std::to_string(height) + " pixels takes " +
                 format_double(std::ceil(bytes / 1e9)) + " GB of memory, and this machine has " +
-                format_bytes(static_cast<uint64_t>(machine_bytes())) + "; ask for a smaller --size");
+                format_bytes(machine_memory_bytes()) + "; ask for a smaller --size");
 }
 
 Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), height_(height), planes_(planes) {

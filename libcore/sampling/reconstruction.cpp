@@ -105,6 +105,21 @@ double ReconstructionFilter::value(double x_px) const {
   return kernel_value(kernel_, std::abs(x_px) / scale_);
 }
 
+double ReconstructionFilter::cumulative(double x_px) const {
+  constexpr double kPart = .125;  // of a pixel, for a scale of 1
+  const double end = std::min(std::abs(x_px), radius_px_);
+  double from_centre = 0;
+  for (size_t i = 0; i + 1 < knots_px_.size() && knots_px_[i] < end; ++i) {
+    const double a = knots_px_[i] / scale_, b = std::min(knots_px_[i + 1], end) / scale_;
+    const int parts = std::max(1, static_cast<int>(std::ceil((b - a) / kPart)));
+    for (int part = 0; part < parts; ++part)
+      from_centre += integrate([&](double x) { return kernel_value(kernel_, x); }, a + part * (b - a) / parts,
+                               a + (part + 1) * (b - a) / parts);
+  }
+  const double share = from_centre * scale_ / integral_;
+  return x_px < 0 ? .5 - share : .5 + share;
+}
+
 double ReconstructionFilter::autocorrelation(double lag_px) const {
   std::vector<double> borders;  // of pieces on which both factors are smooth
   for (const double knot : knots_px_)

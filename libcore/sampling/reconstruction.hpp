@@ -46,6 +46,8 @@ class ReconstructionFilter {
   double integral() const { return integral_; }
   double absolute_integral() const { return absolute_; }
   double square_integral() const { return square_; }
+  // The integral of f up to x over that of all of f, to about 1e-14: 0 up to -radius, 1 from the radius on.
+  double cumulative(double x_px) const;
   // The integral of f(x) f(x + lag) divided by that of f^2: the correlation of two splatted pixels' noise.
   double autocorrelation(double lag_px) const;
 

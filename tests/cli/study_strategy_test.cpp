@@ -84,8 +84,6 @@ TEST_F(StrategyStudy, FindsWhatFilesSay) {
 }
 
 TEST_F(StrategyStudy, KnowsExactPictures) {
-  // A ramp's mean over a pixel is its value at the middle, so that control and any grid are right to a float's
-  // rounding; one random sample is off by sd = sqrt((a^2 + b^2) / 12) for slopes a, b.
   const auto runs = study(
       "work = 'strategy'\nrepeats = 1\nseeds = 3\n[fixed]\nsource = 'half-plane'\nsize = '64x64'\nreference = "
       "'exact'\n"

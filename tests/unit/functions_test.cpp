@@ -9,6 +9,7 @@
 #include <triad/base/error.hpp>
 #include <triad/numeric/fresnel.hpp>
 #include <triad/sampling/functions.hpp>
+#include <triad/sampling/reconstruction.hpp>
 
 #include "brute_force.hpp"
 
@@ -226,6 +227,15 @@ TEST(Patterns, UprightWavesUnderSeparableFilters) {
       const auto normal_weight = [](double t) { return std::exp(-2 * t * t); };
       EXPECT_NEAR(source->filtered(x, y, tent).value()[0], tone(*source, x, y, r, tent_weight), 2e-4);
       EXPECT_NEAR(gaussian(*source, x, y, .5), tone(*source, x, y, 4, normal_weight), 2e-4);
+      for (const auto kernel :
+           {ReconstructionKernel::kGaussian, ReconstructionKernel::kMitchell, ReconstructionKernel::kLanczos3}) {
+        const ReconstructionFilter f(kernel);
+        const SeparableFilter separable{.radius_px = f.radius_px(),
+                                        .cumulative = [&](double t) { return f.cumulative(t); }};
+        EXPECT_NEAR(source->filtered(x, y, separable).value()[0],
+                    tone(*source, x, y, f.radius_px(), [&](double t) { return f.value(t); }), 5e-4)
+            << f.name();
+      }
       EXPECT_NEAR(wide->filtered(3 * x, 2 * y, tent).value()[0], tone(*wide, 3 * x, 2 * y, r, tent_weight), 2e-4);
       EXPECT_NEAR(gaussian(*wide, 3 * x, 2 * y, .5), tone(*wide, 3 * x, 2 * y, 4, normal_weight), 2e-4);
     }

@@ -61,7 +61,9 @@ TEST_F(StudyFolders, GiveBackWhatTheyKeep) {
   ASSERT_EQ(found->size(), measured.size());
   for (size_t i = 0; i < measured.size(); ++i) {
     EXPECT_EQ((*found)[i].first, measured[i].first);
-    if (!std::isnan(measured[i].second)) EXPECT_EQ((*found)[i].second, measured[i].second);
+    if (!std::isnan(measured[i].second)) {
+      EXPECT_EQ((*found)[i].second, measured[i].second);
+    }
   }
   EXPECT_TRUE(std::isnan(found->back().second));
   EXPECT_FALSE(again.find({0, 3}));
