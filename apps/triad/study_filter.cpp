@@ -155,7 +155,7 @@ class FilterWork final : public StudyWork {
     wanted.cells = cells;
     const auto strategy = values.strategy();
     wanted.geometry = strategy->uses_geometry();
-    const auto source = open_source(wanted, values.where()).source;
+    const auto source = open_study_source(wanted, values.where());
     RenderOptions options;
     options.seed = values.seed();
     const RenderResult result = render_whole(*strategy, *source, options);

@@ -22,6 +22,15 @@ SourceRequest study_source(const SettingValues& values, const std::string& name_
   return request;
 }
 
+std::unique_ptr<Source> open_study_source(const SourceRequest& request, const std::string& where) {
+  try {
+    return open_source(request, where).source;
+  } catch (const Error& error) {
+    const std::string what = error.what();
+    throw Error(error.kind(), what.starts_with(where) ? what : where + ": " + what);
+  }
+}
+
 std::string source_key(const SourceRequest& request) {
   return fmt::format("{} {}x{} cells {}x{} camera '{}' effects '{}' bounces {}{}", request.name,
                      request.picture.width, request.picture.height, request.cells.x, request.cells.y, request.camera,

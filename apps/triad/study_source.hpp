@@ -13,6 +13,8 @@ namespace triad::app {
 // The settings size, camera, effects, bounces and `name_of`, a source's name; all but the first and last optional,
 // and cells and geometry left as they are. Throws Error(kInput).
 SourceRequest study_source(const SettingValues& values, const std::string& name_of);
+// open_source(), whose errors say `where` first.
+std::unique_ptr<Source> open_study_source(const SourceRequest& request, const std::string& where);
 // A text that is the same for the same source.
 std::string source_key(const SourceRequest& request);
 

@@ -37,6 +37,7 @@ class StrategyWork final : public StudyWork {
       make_ready(job);
       return measure(job, seed, picture);
     } catch (const Error& error) {
+      if (error.kind() == ErrorKind::kCancelled) throw;
       throw Error(error.kind(), std::string(error.what()).starts_with("'" + plan_.file)
                                     ? error.what()
                                     : "'" + plan_.file + "': " + job.what() + ": " + error.what());
@@ -130,36 +131,26 @@ class StrategyWork final : public StudyWork {
 
   const Source& find_source(const SourceRequest& wanted) {
     auto& source = sources_[source_key(wanted)];
-    if (!source) source = open_source(wanted, "'" + plan_.file + "'").source;
+    if (!source) source = open_study_source(wanted, "'" + plan_.file + "'");
     return *source;
   }
 
   void make_ready(Job& job) {
     if (!job.truth.empty()) return;
     const std::string where = "'" + plan_.file + "'";
-    SourceRequest pixels = job.wanted, wide = job.wanted;
-    pixels.cells = {};
-    pixels.geometry = wide.geometry = false;  // the same picture for all strategies
-    const bool any_wide = std::any_of(job.metrics.begin(), job.metrics.end(), [](const auto& m) { return m.wide; });
-    if (any_wide) {
+    job.wide = job.wanted;
+    job.wide.cells = {};
+    job.wide.geometry = false;  // the same picture for all strategies
+    if (std::any_of(job.metrics.begin(), job.metrics.end(), [](const auto& m) { return m.wide; })) {
       const Layout panel = load_layout(job.layout);
-      wide.cells = {panel.cells_x, panel.cells_y};
-    } else {
-      wide.cells = {};
+      job.wide.cells = {panel.cells_x, panel.cells_y};
     }
-    const StudyReference& truth = references_.get(wide, find_source(wide), job.reference, where);
+    const StudyReference& truth =
+        references_.get(job.wide, find_source(job.wide), job.reference, StudyReferences::kTruthSeed, where);
     const StudyReference& averaged = references_.averaged(truth);
     job.reference_error = job.metrics[0].wide ? truth.rmse : averaged.rmse;
     for (const Metric& metric : job.metrics)
       job.truth.push_back({metric.item, (metric.wide ? truth : averaged).picture});
-    if (!job.second.empty()) {
-      const StudyReference& full = references_.get(pixels, find_source(pixels), job.second, where);
-      job.full = full.picture.image;
-      for (const Metric& metric : job.metrics)
-        job.other.push_back(
-            {metric.item,
-             (metric.wide ? references_.get(wide, find_source(wide), job.second, where) : full).picture});
-    }
     // Memory, clocks and the machine's caches warm up.
     render_whole(*make_strategy("control", where), *job.source, {});
   }
@@ -189,7 +180,7 @@ class StrategyWork final : public StudyWork {
     measured.emplace_back("dropped", static_cast<double>(result.dropped));
     measured.insert(measured.end(), work.begin(), work.end());
     auto& scores = job.scores[seed];
-    if (scores.empty()) scores = judge(job, *image);
+    if (scores.empty()) scores = judge(job, *image, seed);
     measured.insert(measured.end(), scores.begin(), scores.end());
     if (!picture.empty()) write_float_picture(picture, *image);
     return measured;
@@ -213,7 +204,7 @@ class StrategyWork final : public StudyWork {
     return result.picture;
   }
 
-  Measurements judge(const Job& job, const Image& image) {
+  Measurements judge(const Job& job, const Image& image, uint64_t seed) {
     const PictureSize& size = job.wanted.picture;
     if (image.spec.width != size.width || image.spec.height != size.height)
       throw_input(fmt::format(
@@ -223,11 +214,25 @@ class StrategyWork final : public StudyWork {
     const auto shown = std::make_shared<const Image>(colour_only(image));
     Measurements scores = judge_picture(shown, job.truth, host_, colours_);
     if (job.reference_error > 0) scores.emplace_back("reference-error", job.reference_error);
-    if (job.other.empty()) return scores;
-    for (const auto& [name, value] : judge_picture(shown, job.other, host_, colours_))
-      scores.emplace_back("second." + name, value);
-    scores.emplace_back("unchanged", unchanged(*shown, *job.full));
+    if (!job.second.empty()) judge_by_second(job, shown, seed, scores);
     return scores;
+  }
+
+  // The second reference has the seed of what it judges: a strategy that leaves samples out, and takes others as
+  // they are there, has the same pixels where it took them.
+  void judge_by_second(const Job& job, const std::shared_ptr<const Image>& shown, uint64_t seed,
+                       Measurements& scores) {
+    SourceRequest pixels = job.wide;
+    pixels.cells = {};
+    const auto picture = [&](const SourceRequest& wanted) {
+      return references_.get(wanted, find_source(wanted), job.second, seed, "'" + plan_.file + "'").picture;
+    };
+    const JudgePicture full = picture(pixels);
+    std::vector<Judge> judges;
+    for (const Metric& metric : job.metrics) judges.push_back({metric.item, metric.wide ? picture(job.wide) : full});
+    for (const auto& [name, value] : judge_picture(shown, judges, host_, colours_))
+      scores.emplace_back("second." + name, value);
+    scores.emplace_back("unchanged", unchanged(*shown, *full.image));
   }
 
   // The share of pixels that have the same 8-bit sRGB codes.

@@ -32,7 +32,7 @@ class StudyFolders : public testing::Test {
   StudyFolder open(const std::string& name = "out") const {
     return StudyFolder(folder_ / name, plan_, study_settings(plan_), facts_);
   }
-  // One run's numbers, of which a third is refused.
+  // What is said of a folder that cannot be opened.
   std::string refusal(const std::string& name = "out") const {
     try {
       open(name);
