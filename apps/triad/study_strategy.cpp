@@ -56,10 +56,11 @@ class StrategyWork final : public StudyWork {
     std::vector<ChainItem> stages;
     std::vector<Metric> metrics;
     const Source* source = nullptr;
+    bool reference_geometry = false, second_geometry = false;  // whether what draws them looks at it
     // Once it is ready.
-    std::vector<Judge> truth, other;
+    SourceRequest wide;  // the film with a panel's cells, if a metric wants it
+    std::vector<Judge> truth;
     double reference_error = 0;
-    std::shared_ptr<const Image> full;          // the second reference, a pixel each
     std::map<uint64_t, Measurements> scores{};  // by seed
 
     std::string what() const { return wanted.name + ", " + strategy->text() + (filter.empty() ? "" : ", " + filter); }
@@ -95,18 +96,21 @@ class StrategyWork final : public StudyWork {
     job.reference = filled(values.text("reference"));
     job.second = filled(values.text_or("second", "control"));
     if (job.second == "none") job.second.clear();
-    for (const std::string& text : {job.reference, job.second}) {
-      if (StudyReferences::is_file(text))
-        open_file_source(text, {}, colours_);
-      else if (!text.empty())
-        make_strategy(text, values.where());
-    }
+    job.reference_geometry = check_reference(job.reference, values.where());
+    job.second_geometry = check_reference(job.second, values.where());
     job.source = &find_source(job.wanted);
     if (job.reference.starts_with("exact") && !job.source->abilities().exact_integral)
       throw_input(values.where() + ": '" + job.wanted.name +
                   "' has no exact integral; let the reference be a strategy, as in sobol-owen:spp=1024");
     require_film_memory(job.source->width(), job.source->height(), {});
     return job;
+  }
+
+  // Whether it is a strategy that looks at geometry.
+  bool check_reference(const std::string& text, const std::string& where) const {
+    if (!StudyReferences::is_file(text)) return !text.empty() && make_strategy(text, where)->uses_geometry();
+    open_file_source(text, {}, colours_);
+    return false;
   }
 
   void read_metrics(const SettingValues& values, const std::string& text, Job& job) {
@@ -140,7 +144,7 @@ class StrategyWork final : public StudyWork {
     const std::string where = "'" + plan_.file + "'";
     job.wide = job.wanted;
     job.wide.cells = {};
-    job.wide.geometry = false;  // the same picture for all strategies
+    job.wide.geometry = job.reference_geometry;
     if (std::any_of(job.metrics.begin(), job.metrics.end(), [](const auto& m) { return m.wide; })) {
       const Layout panel = load_layout(job.layout);
       job.wide.cells = {panel.cells_x, panel.cells_y};
@@ -222,14 +226,15 @@ class StrategyWork final : public StudyWork {
   // they are there, has the same pixels where it took them.
   void judge_by_second(const Job& job, const std::shared_ptr<const Image>& shown, uint64_t seed,
                        Measurements& scores) {
-    SourceRequest pixels = job.wide;
+    SourceRequest pixels = job.wide, wide = job.wide;
     pixels.cells = {};
+    pixels.geometry = wide.geometry = job.second_geometry;
     const auto picture = [&](const SourceRequest& wanted) {
       return references_.get(wanted, find_source(wanted), job.second, seed, "'" + plan_.file + "'").picture;
     };
     const JudgePicture full = picture(pixels);
     std::vector<Judge> judges;
-    for (const Metric& metric : job.metrics) judges.push_back({metric.item, metric.wide ? picture(job.wide) : full});
+    for (const Metric& metric : job.metrics) judges.push_back({metric.item, metric.wide ? picture(wide) : full});
     for (const auto& [name, value] : judge_picture(shown, judges, host_, colours_))
       scores.emplace_back("second." + name, value);
     scores.emplace_back("unchanged", unchanged(*shown, *full.image));
