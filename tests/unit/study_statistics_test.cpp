@@ -26,7 +26,6 @@ TEST(StudentT, AgreesWithThePublishedTable) {
     EXPECT_NEAR(student_quantile(.95, row.freedom), row.p95, .0006) << row.freedom;
     EXPECT_NEAR(student_quantile(.975, row.freedom), row.p975, .0006) << row.freedom;
     EXPECT_NEAR(student_quantile(.99, row.freedom), row.p99, .0006) << row.freedom;
-    // The handbook's 318.309 is 318.309 in longer tables.
     EXPECT_NEAR(student_quantile(.999, row.freedom), row.p999, .0006) << row.freedom;
   }
 }
