@@ -6,6 +6,7 @@
 #include <triad/display/layout.hpp>
 #include <triad/pipeline/picture_source.hpp>
 #include <triad/pipeline/run.hpp>
+#include <triad/sampling/strokes.hpp>
 
 #include "study_source.hpp"
 
@@ -147,12 +148,14 @@ class FilterWork final : public StudyWork {
   }
 
   static Image draw(const SettingValues& values, const Cells& cells) {
-    StudySource wanted = StudySource::of(values, "picture");
+    SourceRequest wanted = study_source(values, "picture");
+    const auto& strokes = stroke_picture_names();
+    if (std::find(strokes.begin(), strokes.end(), wanted.name) != strokes.end())
+      wanted.name += ":seed=" + std::to_string(values.seed());
     wanted.cells = cells;
-    wanted.seed = values.seed();
     const auto strategy = values.strategy();
     wanted.geometry = strategy->uses_geometry();
-    const auto source = make_study_source(wanted, values.where());
+    const auto source = open_study_source(wanted, values.where());
     RenderOptions options;
     options.seed = values.seed();
     const RenderResult result = render_whole(*strategy, *source, options);

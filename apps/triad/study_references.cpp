@@ -19,9 +19,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// No seed that a plan counts up to: the samples of a reference shall not be those that it judges.
-constexpr uint64_t kReferenceSeed = 0x7265666572656e63;  // "referenc"
-
 // A name for people, and a hash, as different keys may look alike in it.
 std::string file_name(const std::string& key) {
   uint64_t hash = 0;
@@ -52,9 +49,10 @@ bool StudyReferences::is_file(const std::string& text) {
   return name.find('.') != std::string::npos || text.find('/') != std::string::npos;
 }
 
-const StudyReference& StudyReferences::get(const StudySource& wanted, const Source& source, const std::string& text,
-                                           const std::string& where) {
-  const std::string key = wanted.key() + " by " + text;
+const StudyReference& StudyReferences::get(const SourceRequest& wanted, const Source& source, const std::string& text,
+                                           uint64_t seed, const std::string& where) {
+  const std::string key = source_key(wanted) + " by " + text +
+                          (seed == kTruthSeed || is_file(text) ? "" : " seed " + std::to_string(seed));
   const auto known = known_.find(key);
   if (known != known_.end()) return known->second;
   const fs::path base = fs::path(folder_) / file_name(key);
@@ -70,7 +68,7 @@ const StudyReference& StudyReferences::get(const StudySource& wanted, const Sour
   } else if (is_file(text)) {
     reference = load(text, wanted, where);
   } else {
-    reference = draw(wanted, source, text, where);
+    reference = draw(wanted, source, text, seed, where);
     if (!folder_.empty()) {
       write_float_picture(picture, *reference.picture.image);
       write_text_file(facts, Json{{"reference", key}, {"rmse", reference.rmse}}.dump(1) + "\n");
@@ -80,11 +78,11 @@ const StudyReference& StudyReferences::get(const StudySource& wanted, const Sour
   return known_[key] = reference;
 }
 
-StudyReference StudyReferences::load(const std::string& path, const StudySource& wanted,
+StudyReference StudyReferences::load(const std::string& path, const SourceRequest& wanted,
                                      const std::string& where) const {
   const auto file = open_file_source(path, {}, colours_);
   Image image{file->spec(), {}};
-  const PictureSize film = film_size(wanted.size, wanted.cells);
+  const PictureSize film = film_size(wanted.picture, wanted.cells);
   if (image.spec.width != film.width || image.spec.height != film.height)
     throw_input(fmt::format("{}: the reference '{}' has {}x{} pixels, and {}x{} are needed for {}x{} cells a pixel",
                             where, path, image.spec.width, image.spec.height, film.width, film.height, wanted.cells.x,
@@ -98,11 +96,11 @@ StudyReference StudyReferences::load(const std::string& path, const StudySource&
   return {{path, std::make_shared<const Image>(std::move(image))}, 0};
 }
 
-StudyReference StudyReferences::draw(const StudySource& wanted, const Source& source, const std::string& text,
-                                     const std::string& where) const {
+StudyReference StudyReferences::draw(const SourceRequest& wanted, const Source& source, const std::string& text,
+                                     uint64_t seed, const std::string& where) const {
   const auto strategy = make_strategy(text, where);
   RenderOptions options;
-  options.seed = kReferenceSeed;
+  options.seed = seed;
   options.cells = wanted.cells;
   options.planes.error = strategy->estimates_error();
   const RenderResult result = render_whole(*strategy, source, options);

@@ -20,10 +20,12 @@ class StudyReferences {
   // `folder`: where they are kept as EXR, with what they are of as JSON beside, and found again; "" nowhere.
   StudyReferences(std::string folder, const ColourConfig& colours) : folder_(std::move(folder)), colours_(colours) {}
 
+  // No seed that a plan counts up to: the samples of a truth shall not be those that it judges.
+  static constexpr uint64_t kTruthSeed = 0x7265666572656e63;  // "referenc"
   // The picture of `source`, which was made as `wanted` says. `text`: a strategy, or a picture's file. Throws
   // Error(kInput), `where` first: a file that is not there or of another size; and what the strategy throws. Ctrl-C
   // ends it with Error(kCancelled).
-  const StudyReference& get(const StudySource& wanted, const Source& source, const std::string& text,
+  const StudyReference& get(const SourceRequest& wanted, const Source& source, const std::string& text, uint64_t seed,
                             const std::string& where);
   // The means of the pixels' cells.
   const StudyReference& averaged(const StudyReference& wide);
@@ -32,8 +34,8 @@ class StudyReferences {
   static bool is_file(const std::string& text);
 
  private:
-  StudyReference load(const std::string& path, const StudySource& wanted, const std::string& where) const;
-  StudyReference draw(const StudySource& wanted, const Source& source, const std::string& text,
+  StudyReference load(const std::string& path, const SourceRequest& wanted, const std::string& where) const;
+  StudyReference draw(const SourceRequest& wanted, const Source& source, const std::string& text, uint64_t seed,
                       const std::string& where) const;
 
   const std::string folder_;

@@ -2,7 +2,11 @@
 // Studies of renders: work = "render".
 #include <algorithm>
 #include <map>
+#include <raytracer/gltf_loader.hpp>
+#include <raytracer/scene_source.hpp>
+#include <triad/base/log.hpp>
 
+#include "bundled_scenes.hpp"
 #include "study_work.hpp"
 
 namespace triad::app {
@@ -67,7 +71,9 @@ class RenderWork final : public StudyWork {
   std::shared_ptr<const raytracer::Scene> load(const SettingValues& values) {
     const std::string name = values.text("scene"), camera = values.text_or("camera", "");
     auto& scene = scenes_[{name, camera}];
-    if (!scene) scene = load_study_scene(name, camera);
+    if (scene) return scene;
+    scene = std::make_shared<const raytracer::Scene>(raytracer::load_gltf(scene_file(name), {camera}));
+    for (const std::string& warning : scene->warnings) warn(warning);
     return scene;
   }
 

@@ -1,32 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// What studies draw: scenes and pictures of strokes, by name.
+// What studies draw, by the settings of a plan.
 #pragma once
 
 #include <memory>
 #include <string>
-#include <triad/sampling/render.hpp>
 
+#include "render_source.hpp"
 #include "study_work.hpp"
 
 namespace triad::app {
 
-struct StudySource {
-  std::string name;  // a picture of strokes, a bundled scene, or a scene's file
-  PictureSize size;  // display pixels
-  Cells cells;
-  std::string camera, effects = "scene";  // "scene": what it calls for; "everything": the kernel with all compiled in
-  int bounces = 32;
-  bool geometry = false;
-  uint64_t seed = 0;  // of pictures of strokes: which strokes
-
-  // The settings size, camera, effects, bounces and `name_of`, all but the first and last optional. Throws
-  // Error(kInput).
-  static StudySource of(const SettingValues& values, const std::string& name_of);
-  // A text that is the same for the same source.
-  std::string key() const;
-};
-
-// Throws Error(kInput), `where` first, for names that are not there.
-std::unique_ptr<Source> make_study_source(const StudySource& source, const std::string& where);
+// The settings size, camera, effects, bounces and `name_of`, a source's name; all but the first and last optional,
+// and cells and geometry left as they are. Throws Error(kInput).
+SourceRequest study_source(const SettingValues& values, const std::string& name_of);
+// open_source(), whose errors say `where` first.
+std::unique_ptr<Source> open_study_source(const SourceRequest& request, const std::string& where);
+// A text that is the same for the same source.
+std::string source_key(const SourceRequest& request);
 
 }  // namespace triad::app

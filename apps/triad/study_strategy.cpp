@@ -37,6 +37,7 @@ class StrategyWork final : public StudyWork {
       make_ready(job);
       return measure(job, seed, picture);
     } catch (const Error& error) {
+      if (error.kind() == ErrorKind::kCancelled) throw;
       throw Error(error.kind(), std::string(error.what()).starts_with("'" + plan_.file)
                                     ? error.what()
                                     : "'" + plan_.file + "': " + job.what() + ": " + error.what());
@@ -49,16 +50,17 @@ class StrategyWork final : public StudyWork {
     bool wide = false;  // judges by the cells of a panel's pixels
   };
   struct Job {
-    StudySource wanted;
+    SourceRequest wanted;
     std::string layout, filter, reference, second;  // "": none
     std::unique_ptr<Strategy> strategy;
     std::vector<ChainItem> stages;
     std::vector<Metric> metrics;
     const Source* source = nullptr;
+    bool reference_geometry = false, second_geometry = false;  // whether what draws them looks at it
     // Once it is ready.
-    std::vector<Judge> truth, other;
+    SourceRequest wide;  // the film with a panel's cells, if a metric wants it
+    std::vector<Judge> truth;
     double reference_error = 0;
-    std::shared_ptr<const Image> full;          // the second reference, a pixel each
     std::map<uint64_t, Measurements> scores{};  // by seed
 
     std::string what() const { return wanted.name + ", " + strategy->text() + (filter.empty() ? "" : ", " + filter); }
@@ -77,7 +79,7 @@ class StrategyWork final : public StudyWork {
     const SettingValues values(plan_.file, settings);
     Job job;
     values.seed();
-    job.wanted = StudySource::of(values, "source");
+    job.wanted = study_source(values, "source");
     job.layout = values.text_or("layout", "");
     const auto filled = [&, known = job.layout.empty() ? std::map<std::string, std::string>{}
                                                        : layout_values(job.layout)](const std::string& text) {
@@ -94,18 +96,21 @@ class StrategyWork final : public StudyWork {
     job.reference = filled(values.text("reference"));
     job.second = filled(values.text_or("second", "control"));
     if (job.second == "none") job.second.clear();
-    for (const std::string& text : {job.reference, job.second}) {
-      if (StudyReferences::is_file(text))
-        open_file_source(text, {}, colours_);
-      else if (!text.empty())
-        make_strategy(text, values.where());
-    }
+    job.reference_geometry = check_reference(job.reference, values.where());
+    job.second_geometry = check_reference(job.second, values.where());
     job.source = &find_source(job.wanted);
     if (job.reference.starts_with("exact") && !job.source->abilities().exact_integral)
       throw_input(values.where() + ": '" + job.wanted.name +
                   "' has no exact integral; let the reference be a strategy, as in sobol-owen:spp=1024");
     require_film_memory(job.source->width(), job.source->height(), {});
     return job;
+  }
+
+  // Whether it is a strategy that looks at geometry.
+  bool check_reference(const std::string& text, const std::string& where) const {
+    if (!StudyReferences::is_file(text)) return !text.empty() && make_strategy(text, where)->uses_geometry();
+    open_file_source(text, {}, colours_);
+    return false;
   }
 
   void read_metrics(const SettingValues& values, const std::string& text, Job& job) {
@@ -128,38 +133,28 @@ class StrategyWork final : public StudyWork {
     }
   }
 
-  const Source& find_source(const StudySource& wanted) {
-    auto& source = sources_[wanted.key()];
-    if (!source) source = make_study_source(wanted, "'" + plan_.file + "'");
+  const Source& find_source(const SourceRequest& wanted) {
+    auto& source = sources_[source_key(wanted)];
+    if (!source) source = open_study_source(wanted, "'" + plan_.file + "'");
     return *source;
   }
 
   void make_ready(Job& job) {
     if (!job.truth.empty()) return;
     const std::string where = "'" + plan_.file + "'";
-    StudySource pixels = job.wanted, wide = job.wanted;
-    pixels.cells = {};
-    pixels.geometry = wide.geometry = false;  // the same picture for all strategies
-    const bool any_wide = std::any_of(job.metrics.begin(), job.metrics.end(), [](const auto& m) { return m.wide; });
-    if (any_wide) {
+    job.wide = job.wanted;
+    job.wide.cells = {};
+    job.wide.geometry = job.reference_geometry;
+    if (std::any_of(job.metrics.begin(), job.metrics.end(), [](const auto& m) { return m.wide; })) {
       const Layout panel = load_layout(job.layout);
-      wide.cells = {panel.cells_x, panel.cells_y};
-    } else {
-      wide.cells = {};
+      job.wide.cells = {panel.cells_x, panel.cells_y};
     }
-    const StudyReference& truth = references_.get(wide, find_source(wide), job.reference, where);
+    const StudyReference& truth =
+        references_.get(job.wide, find_source(job.wide), job.reference, StudyReferences::kTruthSeed, where);
     const StudyReference& averaged = references_.averaged(truth);
     job.reference_error = job.metrics[0].wide ? truth.rmse : averaged.rmse;
     for (const Metric& metric : job.metrics)
       job.truth.push_back({metric.item, (metric.wide ? truth : averaged).picture});
-    if (!job.second.empty()) {
-      const StudyReference& full = references_.get(pixels, find_source(pixels), job.second, where);
-      job.full = full.picture.image;
-      for (const Metric& metric : job.metrics)
-        job.other.push_back(
-            {metric.item,
-             (metric.wide ? references_.get(wide, find_source(wide), job.second, where) : full).picture});
-    }
     // Memory, clocks and the machine's caches warm up.
     render_whole(*make_strategy("control", where), *job.source, {});
   }
@@ -184,11 +179,12 @@ class StrategyWork final : public StudyWork {
     measured.insert(measured.end(), filtered.begin(), filtered.end());
     const auto samples = static_cast<double>(result.samples);
     measured.emplace_back("samples", samples);
-    measured.emplace_back("spp", samples / (static_cast<double>(job.wanted.size.width) * job.wanted.size.height));
+    measured.emplace_back("spp",
+                          samples / (static_cast<double>(job.wanted.picture.width) * job.wanted.picture.height));
     measured.emplace_back("dropped", static_cast<double>(result.dropped));
     measured.insert(measured.end(), work.begin(), work.end());
     auto& scores = job.scores[seed];
-    if (scores.empty()) scores = judge(job, *image);
+    if (scores.empty()) scores = judge(job, *image, seed);
     measured.insert(measured.end(), scores.begin(), scores.end());
     if (!picture.empty()) write_float_picture(picture, *image);
     return measured;
@@ -212,8 +208,8 @@ class StrategyWork final : public StudyWork {
     return result.picture;
   }
 
-  Measurements judge(const Job& job, const Image& image) {
-    const PictureSize& size = job.wanted.size;
+  Measurements judge(const Job& job, const Image& image, uint64_t seed) {
+    const PictureSize& size = job.wanted.picture;
     if (image.spec.width != size.width || image.spec.height != size.height)
       throw_input(fmt::format(
           "what comes out has {}x{} pixels, not {}x{}; a 'filter' such as box:x={},y={} or platt "
@@ -222,11 +218,26 @@ class StrategyWork final : public StudyWork {
     const auto shown = std::make_shared<const Image>(colour_only(image));
     Measurements scores = judge_picture(shown, job.truth, host_, colours_);
     if (job.reference_error > 0) scores.emplace_back("reference-error", job.reference_error);
-    if (job.other.empty()) return scores;
-    for (const auto& [name, value] : judge_picture(shown, job.other, host_, colours_))
-      scores.emplace_back("second." + name, value);
-    scores.emplace_back("unchanged", unchanged(*shown, *job.full));
+    if (!job.second.empty()) judge_by_second(job, shown, seed, scores);
     return scores;
+  }
+
+  // The second reference has the seed of what it judges: a strategy that leaves samples out, and takes others as
+  // they are there, has the same pixels where it took them.
+  void judge_by_second(const Job& job, const std::shared_ptr<const Image>& shown, uint64_t seed,
+                       Measurements& scores) {
+    SourceRequest pixels = job.wide, wide = job.wide;
+    pixels.cells = {};
+    pixels.geometry = wide.geometry = job.second_geometry;
+    const auto picture = [&](const SourceRequest& wanted) {
+      return references_.get(wanted, find_source(wanted), job.second, seed, "'" + plan_.file + "'").picture;
+    };
+    const JudgePicture full = picture(pixels);
+    std::vector<Judge> judges;
+    for (const Metric& metric : job.metrics) judges.push_back({metric.item, metric.wide ? picture(wide) : full});
+    for (const auto& [name, value] : judge_picture(shown, judges, host_, colours_))
+      scores.emplace_back("second." + name, value);
+    scores.emplace_back("unchanged", unchanged(*shown, *full.image));
   }
 
   // The share of pixels that have the same 8-bit sRGB codes.

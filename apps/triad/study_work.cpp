@@ -2,15 +2,11 @@
 #include "study_work.hpp"
 
 #include <algorithm>
-#include <raytracer/gltf_loader.hpp>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
-#include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/display/layout.hpp>
 #include <triad/image/writer.hpp>
-
-#include "bundled_scenes.hpp"
 
 namespace triad::app {
 namespace {
@@ -140,12 +136,6 @@ Measurements judge_picture(std::shared_ptr<const Image> picture, const std::vect
       scores.emplace_back(m == 0 ? score.name : metric.label + "." + score.name, score.value);
   }
   return scores;
-}
-
-std::shared_ptr<const raytracer::Scene> load_study_scene(const std::string& name, const std::string& camera) {
-  auto scene = std::make_shared<const raytracer::Scene>(raytracer::load_gltf(scene_file(name), {camera}));
-  for (const std::string& warning : scene->warnings) warn(warning);
-  return scene;
 }
 
 RenderResult render_whole(const Strategy& strategy, const Source& source, RenderOptions options) {

@@ -5,8 +5,6 @@
 #include <chrono>
 #include <functional>
 #include <memory>
-#include <raytracer/scene.hpp>
-#include <raytracer/scene_source.hpp>
 #include <triad/evaluation/study.hpp>
 #include <triad/pipeline/run.hpp>
 #include <triad/sampling/render.hpp>
@@ -82,9 +80,6 @@ struct Judge {
 // that are not finite.
 Measurements judge_picture(std::shared_ptr<const Image> picture, const std::vector<Judge>& judges, PluginHost& host,
                            const ColourConfig& colours);
-
-// A bundled scene's name or a glTF file, loaded; its warnings are said.
-std::shared_ptr<const raytracer::Scene> load_study_scene(const std::string& name, const std::string& camera);
 
 // The whole picture; Ctrl-C ends it with Error(kCancelled).
 RenderResult render_whole(const Strategy& strategy, const Source& source, RenderOptions options);

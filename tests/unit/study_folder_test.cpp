@@ -32,7 +32,7 @@ class StudyFolders : public testing::Test {
   StudyFolder open(const std::string& name = "out") const {
     return StudyFolder(folder_ / name, plan_, study_settings(plan_), facts_);
   }
-  // One run's numbers, of which a third is refused.
+  // What is said of a folder that cannot be opened.
   std::string refusal(const std::string& name = "out") const {
     try {
       open(name);
@@ -61,7 +61,9 @@ TEST_F(StudyFolders, GiveBackWhatTheyKeep) {
   ASSERT_EQ(found->size(), measured.size());
   for (size_t i = 0; i < measured.size(); ++i) {
     EXPECT_EQ((*found)[i].first, measured[i].first);
-    if (!std::isnan(measured[i].second)) EXPECT_EQ((*found)[i].second, measured[i].second);
+    if (!std::isnan(measured[i].second)) {
+      EXPECT_EQ((*found)[i].second, measured[i].second);
+    }
   }
   EXPECT_TRUE(std::isnan(found->back().second));
   EXPECT_FALSE(again.find({0, 3}));
