@@ -52,11 +52,11 @@ std::vector<StrategyParam> with_common(std::vector<StrategyParam> own) {
 const StrategyInfo kQuad{"quad", "coarse to fine on a square grid, by eight neighbours", kDoc, with_common({})};
 const StrategyInfo kTri{"tri", "coarse to fine on a grid whose odd rows are shifted, by six neighbours",
                         kDoc +
-                            "\n\nOn the triangular grid, samples in odd rows are half a cell to the right. Its way "
-                            "back to the square one "
-                            "is the mean of the two nearest in such a row, which blurs it; finest=square leaves out "
-                            "the shift on the last "
-                            "level instead, so that no way back is needed.",
+                            "\n\nOn the triangular grid, samples in odd rows are half a cell to the right. "
+                            "The way back to the square one is the mean of the two nearest in such a row: a blur, "
+                            "which takes it further from a picture with a sample at each pixel's centre, and nearer "
+                            "to one without aliasing. finest=square leaves out the shift on the last level, so that "
+                            "no way back is needed.",
                         with_common({choice_param("finest", "the last level's grid", {"shifted", "square"})})};
 
 // Gives each request the random numbers of one pixel.
