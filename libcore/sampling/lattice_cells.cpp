@@ -28,14 +28,22 @@ class Range {
 
 void PixelCells::begin(int pixel_x, int pixel_y) {
   const int bits = lattice_.bits(), half = lattice_.side() / 2;
+  ++pixel_;
   cells_.clear();
   Cell& root = cells_.emplace_back();
   root.at = {pixel_x << bits, pixel_y << bits};
   root.side = lattice_.side();
   for (int k = 0; k < 4; ++k) root.corner[k] = lattice_.corner(pixel_x + (k & 1), pixel_y + (k >> 1));
-  if (rules_.with_centre) root.centre = *lattice_.find({root.at.x + half, root.at.y + half});
+  if (rules_.with_centre) root.centre = *find({root.at.x + half, root.at.y + half});
   depth_ = 0;
   area_ = 1;
+}
+
+const PovColour* PixelCells::find(LatticePoint point) {
+  const LatticePoint origin = cells_.front().at;
+  Found& found = found_[static_cast<size_t>(point.y - origin.y) * row_ + static_cast<size_t>(point.x - origin.x)];
+  if (found.pixel != pixel_) found = {pixel_, lattice_.find(point)};
+  return found.colour;
 }
 
 PixelCells::Edge PixelCells::edge(const Cell& cell, int number) const {
@@ -57,18 +65,18 @@ bool PixelCells::may_have_more(const Edge& edge) const {
   return true;
 }
 
-float PixelCells::difference(const Edge& edge) const {
+float PixelCells::difference(const Edge& edge) {
   if (!rules_.along_lines || !may_have_more(edge)) return pov_distance(edge.a, edge.b);
   Range range;
   range.add(edge.a);
   range.add(edge.b);
   const int step_x = edge.to.x > edge.from.x, step_y = edge.to.y > edge.from.y;
   for (LatticePoint p{edge.from.x + step_x, edge.from.y + step_y}; p != edge.to; p.x += step_x, p.y += step_y)
-    if (const PovColour* found = lattice_.find(p)) range.add(*found);
+    if (const PovColour* found = find(p)) range.add(*found);
   return range.sum();
 }
 
-float PixelCells::difference(const Cell& cell) const {
+float PixelCells::difference(const Cell& cell) {
   float most = std::max(pov_distance(cell.corner[0], cell.corner[3]), pov_distance(cell.corner[1], cell.corner[2]));
   for (int k = 0; k < 4; ++k) most = std::max(most, difference(edge(cell, k)));
   if (cell.centre.known())
@@ -95,9 +103,9 @@ bool PixelCells::divides(int pixel_x, int pixel_y) {
   return rules_.depth > 0 && find_active(0);
 }
 
-bool PixelCells::look_at_centre(Cell& cell, std::vector<LatticePoint>& wanted) const {
+bool PixelCells::look_at_centre(Cell& cell, std::vector<LatticePoint>& wanted) {
   const LatticePoint at{cell.at.x + cell.side / 2, cell.at.y + cell.side / 2};
-  const PovColour* found = lattice_.find(at);
+  const PovColour* found = find(at);
   if (found)
     cell.centre = *found;
   else
@@ -105,20 +113,20 @@ bool PixelCells::look_at_centre(Cell& cell, std::vector<LatticePoint>& wanted) c
   return found != nullptr;
 }
 
-void PixelCells::want_midpoints(const Cell& cell, std::vector<LatticePoint>& wanted) const {
+void PixelCells::want_midpoints(const Cell& cell, std::vector<LatticePoint>& wanted) {
   const auto differs = [&](float distance) { return distance * area_ >= rules_.threshold; };
   for (int k = 0; k < 4; ++k) {
     const Edge e = edge(cell, k);
     const LatticePoint at = middle(e.from, e.to);
-    if (lattice_.find(at)) continue;
+    if (find(at)) continue;
     if (!rules_.along_lines || differs(pov_distance(e.a, cell.centre)) || differs(pov_distance(e.b, cell.centre)) ||
         differs(difference(e)))
       wanted.push_back(at);
   }
 }
 
-PovColour PixelCells::midpoint(const Edge& edge) const {
-  if (const PovColour* found = lattice_.find(middle(edge.from, edge.to))) return *found;
+PovColour PixelCells::midpoint(const Edge& edge) {
+  if (const PovColour* found = find(middle(edge.from, edge.to))) return *found;
   if (!edge.a.known()) return edge.b;
   if (!edge.b.known()) return edge.a;
   std::array<float, 3> linear;
@@ -202,7 +210,7 @@ int PixelCells::points() {
   for (const Cell& cell : cells_)
     for (int k = 0; k < 4; ++k) {
       const LatticePoint at{cell.at.x + (k & 1) * cell.side, cell.at.y + (k >> 1) * cell.side};
-      if (lattice_.find(at)) points_.push_back(at);
+      if (find(at)) points_.push_back(at);
     }
   const Cell& root = cells_.front();
   if (rules_.with_centre) points_.push_back({root.at.x + root.side / 2, root.at.y + root.side / 2});

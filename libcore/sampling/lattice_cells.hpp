@@ -19,7 +19,8 @@ struct CellRules {
 class PixelCells {
  public:
   // Both must outlive it.
-  PixelCells(const Lattice& lattice, const CellRules& rules) : lattice_(lattice), rules_(rules) {}
+  PixelCells(const Lattice& lattice, const CellRules& rules)
+      : lattice_(lattice), rules_(rules), row_(static_cast<size_t>(lattice.side()) + 1), found_(row_ * row_) {}
 
   // Whether the pixel is more than one cell. Much faster than divide(), which need not be called if not.
   bool divides(int pixel_x, int pixel_y);
@@ -56,16 +57,18 @@ class PixelCells {
 
   void begin(int pixel_x, int pixel_y);
   Edge edge(const Cell& cell, int number) const;
-  float difference(const Edge& edge) const;
-  float difference(const Cell& cell) const;
+  // As the lattice's, which is asked once about each point.
+  const PovColour* find(LatticePoint point);
+  float difference(const Edge& edge);
+  float difference(const Cell& cell);
   bool may_have_more(const Edge& edge) const;
   // Sets area_ to the share of the pixel in cells that change, of those from `first` on; returns whether any does.
   bool find_active(size_t first);
   bool active(const Cell& cell) const { return cell.distance * area_ >= rules_.threshold; }
-  bool look_at_centre(Cell& cell, std::vector<LatticePoint>& wanted) const;
-  void want_midpoints(const Cell& cell, std::vector<LatticePoint>& wanted) const;
+  bool look_at_centre(Cell& cell, std::vector<LatticePoint>& wanted);
+  void want_midpoints(const Cell& cell, std::vector<LatticePoint>& wanted);
   void add_children(size_t parent);
-  PovColour midpoint(const Edge& edge) const;
+  PovColour midpoint(const Edge& edge);
   Mean mean(const Cell& cell) const;
 
   const Lattice& lattice_;
@@ -74,6 +77,13 @@ class PixelCells {
   double area_ = 1;
   std::vector<Cell> cells_;  // a level after the other
   std::vector<LatticePoint> points_;
+  struct Found {
+    uint64_t pixel = 0;  // for which of the pixels asked about, by number, this was found
+    const PovColour* colour = nullptr;
+  };
+  size_t row_;  // points on a side of a pixel
+  std::vector<Found> found_;
+  uint64_t pixel_ = 0;
 };
 
 }  // namespace triad

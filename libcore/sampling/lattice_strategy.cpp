@@ -22,12 +22,14 @@ std::vector<StrategyParam> lattice_params() {
           pov_gamma_param()};
 }
 
-StrategyParam lattice_order_param() {
-  return choice_param(
-      "order",
-      "fixpoint: all pixels look at all samples found so far until none is added; scanline: each looks "
-      "once, in reading order, at those of the pixels before it",
-      {"fixpoint", "scanline"});
+std::vector<StrategyParam> lattice_line_params() {
+  std::vector<StrategyParam> params = lattice_params();
+  params.push_back(
+      choice_param("order",
+                   "fixpoint: all pixels look at all samples found so far until none is added; scanline: "
+                   "each looks once, in reading order, at those of the pixels before it",
+                   {"fixpoint", "scanline"}));
+  return params;
 }
 
 LatticeStrategy::LatticeStrategy(const StrategyInfo& info, const StrategyValues& values, CellRules rules, Order order)

@@ -29,8 +29,8 @@ class LatticeStrategy : public StrategyBase {
 
 // depth, threshold, gamma.
 std::vector<StrategyParam> lattice_params();
-// The words for Order, by its values.
-StrategyParam lattice_order_param();
+// The same and order, whose words are Order's by its values.
+std::vector<StrategyParam> lattice_line_params();
 // What every such strategy's documentation ends with.
 inline constexpr const char* kLatticeDoc =
     " Corners are shared, by cells and by pixels: each sample is taken once in the whole picture, and a picture "
@@ -38,6 +38,6 @@ inline constexpr const char* kLatticeDoc =
     "its "
     "left and upper border included. The map of reasons says how often a pixel was divided, and how many samples its "
     "colour is made of, those on all its borders included. A sample that is not valid differs from nothing and is "
-    "left out of means.";
+    "left out of means. Noise differs too, so that a path tracer's picture takes most of the samples there are.";
 
 }  // namespace triad

@@ -8,14 +8,13 @@ const StrategyInfo kInfo{
     "pov1",
     "POV-Ray's method 1: n x n samples where a pixel differs from the left or the upper one",
     "A sample at each pixel's centre. Then, in reading order, wherever a pixel differs from its left or its upper "
-    "neighbour by the threshold or more, n x n samples on a regular grid in the pixel and in that neighbour, each at "
-    "most once; their mean with the centre's sample is the pixel. A neighbour that has got its samples is "
-    "compared as what it has become. Quick, and what is seen to differ is smoothed; but what lies between the "
-    "centres "
-    "is found by luck, and as differences are looked for to the left and above only, lines that fall to "
-    "the right come out better than those that rise. The map of reasons says 1 where a pixel differed from its left "
-    "or "
-    "upper neighbour, 2 where the right or the lower neighbour differed from it.",
+    "neighbour by the threshold or more, n x n samples on a regular grid in the pixel and in that neighbour, each "
+    "at most once; their mean with the centre's sample is the pixel. A neighbour that has got its samples is "
+    "compared "
+    "as what it has become. Quick, and what is seen to differ is smoothed; but what lies between the centres is "
+    "found by luck, and as differences are looked for to the left and above only, lines that fall to the right come "
+    "out better than those that rise. The map of reasons says 1 where a pixel differed from its left or upper "
+    "neighbour, 2 where the right or the lower neighbour differed from it. Noise differs too.",
     {{"n", "samples along each side of a pixel", 1, 256, 3}, pov_threshold_param(), pov_gamma_param()}};
 
 enum class Reason : uint8_t { kNone, kOwn, kNeighbour };
@@ -44,7 +43,8 @@ class Pov1 final : public StrategyBase {
   }
 
  private:
-  static bool centres(SampleTaker& taker, std::vector<PovColour>& colours, const PovEncoding& encode) {
+  bool centres(SampleTaker& taker, std::vector<PovColour>& colours) const {
+    const PovEncoding encode(value("gamma"));
     const auto width = static_cast<size_t>(taker.film().width());
     const bool all = ask_many(
         taker, colours.size(),
@@ -55,9 +55,6 @@ class Pov1 final : public StrategyBase {
         [&](size_t p, const Sample& sample) { colours[p] = encode(sample); });
     taker.end_pass();
     return all;
-  }
-  bool centres(SampleTaker& taker, std::vector<PovColour>& colours) const {
-    return centres(taker, colours, PovEncoding(value("gamma")));
   }
 
   // Decisions are made in reading order, and go on wherever they do not need the colour of a pixel whose samples are

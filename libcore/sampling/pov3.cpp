@@ -9,10 +9,8 @@ const StrategyInfo kInfo{
     std::string(
         "Divides a pixel one level after the other. At each, only those cells go on whose corners differ by the "
         "threshold or more times the pixel's area over the area of all cells that go on, which is found by leaving "
-        "out "
-        "cells until none is left out any more: what is left can change the pixel by the threshold. So faint edges "
-        "take "
-        "few samples and strong ones as many as with pov2, never more.") +
+        "out cells until none is left out any more: what is left can change the pixel by the threshold. So faint "
+        "edges take few samples and strong ones as many as with pov2, never more.") +
         kLatticeDoc,
     lattice_params()};
 

@@ -9,14 +9,12 @@ const StrategyInfo kInfo{
     "pov-stochastic",
     "POV-Ray 3.8's method 3: random samples until a pixel's mean is known well enough",
     "Random points in each pixel, one more in each round, until the mean of the values^(1/gamma) is known to the "
-    "threshold with the confidence asked for: z (s_r + s_g + s_b) / sqrt(n) <= threshold, with z such that a "
-    "normal variable lies within z standard deviations with that probability, and s and n the standard deviation and "
-    "the number of all samples in the pixel and the four next to it. A pixel goes on again when its neighbours find "
+    "threshold with the confidence asked for: z (s_r + s_g + s_b) / sqrt(n) <= threshold, with z such that a normal "
+    "variable lies within z standard deviations with that probability, and s and n the standard deviation and the "
+    "number of all samples in the pixel and the four next to it. A pixel goes on again when its neighbours find "
     "something. POV-Ray's +AM3 has a most of 4^depth samples, and looks at neighbours in its own block only, in "
-    "reading "
-    "order; here all pixels look at what there was before the round. No pattern shows, noise does; what one sample "
-    "in "
-    "each of five pixels misses stays missed.",
+    "reading order; here all pixels look at what there was before the round. No pattern shows, noise does; what one "
+    "sample in each of five pixels misses stays missed.",
     {{"threshold",
       "how wrong the sum of a pixel's red, green and blue may be, in values^(1/gamma); 0 takes all samples where "
       "there is any difference",

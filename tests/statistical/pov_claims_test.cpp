@@ -141,6 +141,11 @@ TEST(PovClaims, Method4KeepsThinLinesWhole) {
   std::printf("rising: scanline %.3f, fixpoint %.3f\n", rising.energy(), mirrored.energy());
   EXPECT_GE(mirrored.energy(), .98);
   EXPECT_LT(rising.energy(), mirrored.energy());
+  const Score first = lines("pov1", 20, .3), first_rising = lines("pov1", -20, .3);
+  std::printf("pov1: falling %.3f, rising %.3f; rmse ratio %.3f\n", first.energy(), first_rising.energy(),
+              std::sqrt(first_rising.squares / first.squares));
+  EXPECT_GT(first_rising.squares, 2 * first.squares)
+      << "so does pov1: what it finds late it corrects above and left only";
   const Score thin = lines("pov4", 20, .1);
   std::printf("line of .1 pixels: energy pov4 %.3f\n", thin.energy());
   EXPECT_LT(thin.energy(), .7) << "no line so thin is whole";
