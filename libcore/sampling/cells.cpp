@@ -89,6 +89,7 @@ class Side {
 
   // From places in [0, 1) to cells from the pixel's edge.
   TRIAD_INLINE_BODY void move(std::span<double> places) const {
+    if (cells_.size() == 1 && cells_[0].scale == 1) return;
     constexpr size_t kAtOnce = 64;
     for (size_t begin = 0; begin < places.size(); begin += kAtOnce) {
       const auto some = places.subspan(begin, std::min(kAtOnce, places.size() - begin));
