@@ -17,6 +17,7 @@
 #
 # Fails unless samples agree within 10% and pictures within an RMSE of .02.
 set -euo pipefail
+shopt -s inherit_errexit
 triad=$(realpath -- "${1:?name the triad program}")
 threshold=${2:-0.3}
 n=${3:-3}
