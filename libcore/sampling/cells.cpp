@@ -150,6 +150,38 @@ class NoiseSeen {
   std::array<double, kOpponentChannels> passed_{};
 };
 
+// Samples counted by cell; then, for each, its place where all are ordered by cells.
+class ManyCells {
+ public:
+  explicit ManyCells(size_t cells) : cells_(cells) { std::fill_n(next_.begin(), cells + 1, 0); }
+  void add(size_t cell) { ++next_[cell + 1]; }
+  void to_places() {
+    for (size_t c = 1; c < cells_; ++c) next_[c] += next_[c - 1];
+  }
+  size_t next(size_t cell) { return next_[cell]++; }
+
+ private:
+  size_t cells_;
+  std::array<uint32_t, kMostCells + 1> next_;
+};
+// The same in the four parts of one number, which no sample has to wait for until it is stored.
+class FewCells {
+ public:
+  static constexpr size_t kMost = 4;
+  explicit FewCells(size_t) {}
+  void add(size_t cell) { next_ += uint64_t{1} << 16 * cell; }
+  void to_places() { next_ *= 0x0001000100010000u; }  // each part the sum of those below
+  size_t next(size_t cell) {
+    const size_t place = next_ >> 16 * cell & 0xffff;
+    add(cell);
+    return place;
+  }
+
+ private:
+  uint64_t next_ = 0;
+};
+static_assert(kMostTogether <= 0xffff);
+
 class CellsStrategy final : public StrategyBase {
  public:
   explicit CellsStrategy(const StrategyValues& values)
@@ -268,25 +300,33 @@ class CellsStrategy final : public StrategyBase {
   // in common the source and the film need to find but once. Their random numbers stay those of the display pixel.
   void place(const PixelBatch& batch, const Side& across, const Side& down, const Cells& cells) const {
     std::array<double, kMostTogether> x, y;
-    std::array<uint16_t, kMostTogether> cell;
-    std::array<uint32_t, kMostCells + 1> next;
     const size_t n = batch.requests.size();
     points(batch.requests, x, y);
     run_widest([&]() TRIAD_INLINE_BODY {
       across.move(std::span(x).first(n));
       down.move(std::span(y).first(n));
     });
-    const auto count = static_cast<size_t>(cells.x * cells.y);
-    for (size_t first = 0; first < n; first += batch.per_pixel) {
+    if (static_cast<size_t>(cells.x * cells.y) <= FewCells::kMost) {
+      order<FewCells>(batch, x, y, cells);
+    } else {
+      order<ManyCells>(batch, x, y, cells);
+    }
+  }
+
+  template <class Counts>
+  static void order(const PixelBatch& batch, std::span<const double> x, std::span<const double> y,
+                    const Cells& cells) {
+    std::array<uint16_t, kMostTogether> cell;
+    for (size_t first = 0; first < batch.requests.size(); first += batch.per_pixel) {
       const size_t past = first + batch.per_pixel;
-      std::fill_n(next.begin(), count + 1, 0);
+      Counts counts(static_cast<size_t>(cells.x * cells.y));
       for (size_t i = first; i < past; ++i) {
         cell[i] = static_cast<uint16_t>(static_cast<int>(y[i]) * cells.x + static_cast<int>(x[i]));
-        ++next[cell[i] + size_t{1}];
+        counts.add(cell[i]);
       }
-      for (size_t c = 1; c < count; ++c) next[c] += next[c - 1];
+      counts.to_places();
       for (size_t i = first; i < past; ++i) {
-        SampleRequest& request = batch.spare[first + next[cell[i]]++] = batch.requests[i];
+        SampleRequest& request = batch.spare[first + counts.next(cell[i])] = batch.requests[i];
         request.x = static_cast<double>(request.pixel_x) * cells.x + x[i];
         request.y = static_cast<double>(request.pixel_y) * cells.y + y[i];
       }
