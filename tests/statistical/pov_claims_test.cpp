@@ -29,14 +29,21 @@ HalfPlaneSource edge(int side_px, const Place& place, float light) {
 
 // White on black, all across the picture; what a coordinate of the film is multiplied by makes it larger than
 // side_px.
-class LineSource final : public AnalyticSource {
+class LineSource final : public Source {
  public:
   LineSource(int side_px, const Place& place, double width_px, int zoom = 1)
-      : AnalyticSource(side_px * zoom, side_px * zoom),
-        place_(place),
-        offset_(place.offset(side_px)),
-        width_px_(width_px),
-        zoom_(zoom) {}
+      : side_px_(side_px * zoom), place_(place), offset_(place.offset(side_px)), width_px_(width_px), zoom_(zoom) {}
+  int width() const override { return side_px_; }
+  int height() const override { return side_px_; }
+  SourceAbilities abilities() const override { return {.exact_integral = true, .deterministic = true}; }
+  void eval(std::span<const SampleRequest> requests, std::span<Sample> samples) const override {
+    for (size_t i = 0; i < requests.size(); ++i) {
+      const double along = place_.normal_x() * requests[i].x + place_.normal_y() * requests[i].y;
+      const float light = std::abs(along / zoom_ - offset_) < width_px_ / 2;
+      samples[i].rgb = {light, light, light};
+      samples[i].valid = true;
+    }
+  }
   std::optional<std::array<double, 3>> integral(double x0, double y0, double x1, double y1) const override {
     std::array<double, 3> mean{};
     for (const double sign : {1., -1.}) {
@@ -48,14 +55,8 @@ class LineSource final : public AnalyticSource {
     return mean;
   }
 
- protected:
-  Rgb at(double x, double y) const override {
-    const double distance = (place_.normal_x() * x + place_.normal_y() * y) / zoom_ - offset_;
-    const float light = std::abs(distance) < width_px_ / 2;
-    return {light, light, light};
-  }
-
  private:
+  int side_px_;
   Place place_;
   double offset_, width_px_;
   int zoom_;
