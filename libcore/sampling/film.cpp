@@ -111,9 +111,15 @@ template <bool kHalves>
 TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const SampleRequest> requests,
                                             std::span<const Sample> samples) {
   Colour& colour = colour_[pixel];
-  std::array<NeumaierSum, 3>& stored = colour.sum;
-  Four sum{stored[0].sum, stored[1].sum, stored[2].sum, 0};
-  Four compensation{stored[0].compensation, stored[1].compensation, stored[2].compensation, 0};
+  // A fourth lane of either is what follows in the record: it is stored, too, and then overwritten.
+  constexpr size_t kThree = 3 * sizeof(double);
+  static_assert(offsetof(Colour, sum) == 0 && offsetof(Colour, compensation) == kThree &&
+                sizeof(Colour) >= kThree + 32);
+  char* const record = reinterpret_cast<char*>(&colour);
+  Four sum, compensation;
+  std::memcpy(&sum, record, sizeof(sum));
+  std::memcpy(&compensation, record + kThree, sizeof(compensation));
+  sum[3] = compensation[3] = 0;
   Four half{};
   if constexpr (kHalves) half = Four{half_[pixel].sum[0], half_[pixel].sum[1], half_[pixel].sum[2], 0};
   uint32_t in_half = 0;
@@ -136,10 +142,13 @@ TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const Sample
         ++in_half;
       }
   }
-  // What is not finite stays so in a sum.
-  if (!valid || !std::isfinite(sum[0]) || !std::isfinite(sum[1]) || !std::isfinite(sum[2])) return false;
-  for (int c = 0; c < 3; ++c) stored[c] = {sum[c], compensation[c]};
-  colour.count += static_cast<uint32_t>(samples.size());
+  // What is not finite stays so in a sum. (A sum of huge ones may be sent away for nothing, to be added one by one.)
+  if (!valid || !std::isfinite(sum[0] + sum[1] + sum[2])) return false;
+  const uint32_t count = colour.count + static_cast<uint32_t>(samples.size());
+  std::memcpy(record, &sum, sizeof(sum));
+  std::memcpy(record + kThree, &compensation, sizeof(compensation));
+  colour.count = count;
+  colour.unused = 0;
   if constexpr (kHalves) {
     for (int c = 0; c < 3; ++c) half_[pixel].sum[c] = half[c];
     half_[pixel].count += in_half;
@@ -179,7 +188,7 @@ std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span
 bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
   if (!sample.valid || !finite(sample.rgb)) return false;
   const bool first = colour_[pixel].count++ == 0;
-  for (int c = 0; c < 3; ++c) colour_[pixel].sum[c].add(sample.rgb[c]);
+  for (int c = 0; c < 3; ++c) colour_[pixel].add(static_cast<size_t>(c), sample.rgb[c]);
   if (planes_.error && sobol_half(index)) {
     add_to(half_[pixel].sum, sample.rgb);
     ++half_[pixel].count;
@@ -206,7 +215,7 @@ bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
 
 std::array<double, 3> Film::mean(size_t pixel) const {
   const double n = std::max(1u, colour_[pixel].count);
-  return {colour_[pixel].sum[0].value() / n, colour_[pixel].sum[1].value() / n, colour_[pixel].sum[2].value() / n};
+  return {colour_[pixel].value(0) / n, colour_[pixel].value(1) / n, colour_[pixel].value(2) / n};
 }
 
 std::array<double, 3> Film::half_mean(size_t pixel) const {
@@ -242,7 +251,8 @@ double Film::estimated_rmse() const {
       }
       const std::array<double, 3> variance = few ? variance_of_mean(p) : std::array<double, 3>{};
       for (int c = 0; c < 3; ++c) {
-        const double mean_b = half_[p].sum[c] / b, mean_a = (colour_[p].sum[c].value() - half_[p].sum[c]) / a;
+        const double mean_b = half_[p].sum[c] / b,
+                     mean_a = (colour_[p].value(static_cast<size_t>(c)) - half_[p].sum[c]) / a;
         sum.add(few ? variance[c] : (mean_a - mean_b) * (mean_a - mean_b) * (a / n) * (b / n));
       }
     }

@@ -50,6 +50,8 @@ class Film {
   const FilmPlanes& planes() const { return planes_; }
   size_t pixel(int x, int y) const { return static_cast<size_t>(y) * static_cast<size_t>(width_) + x; }
   size_t pixels() const { return colour_.size(); }
+  // A hint that samples of the pixel will be added soon: brings it near.
+  void expect(size_t pixel) const { __builtin_prefetch(&colour_[pixel], 1); }
 
   // Adds the pixel's sample number `index`. False, and nothing was added, if it is not valid or its colour not
   // finite. (Geometry that is not finite only leaves the geometry's planes as they are.)
@@ -85,9 +87,17 @@ class Film {
  private:
   int width_, height_;
   FilmPlanes planes_;
+  // Sums side by side, so that three channels and a lane that means nothing are one load and one store.
   struct Colour {
-    std::array<NeumaierSum, 3> sum{};
-    uint32_t count = 0;
+    std::array<double, 3> sum{}, compensation{};
+    uint32_t count = 0, unused = 0;
+    double value(size_t c) const { return NeumaierSum{sum[c], compensation[c]}.value(); }
+    void add(size_t c, double x) {
+      NeumaierSum each{sum[c], compensation[c]};
+      each.add(x);
+      sum[c] = each.sum;
+      compensation[c] = each.compensation;
+    }
   };
   std::vector<Colour, HugePageAllocator<Colour>> colour_;
   struct Half {  // of the samples in half 1

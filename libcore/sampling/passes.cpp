@@ -25,6 +25,8 @@ Passes::Passes(const Strategy& strategy, const Source& source, const RenderOptio
 Passes::Queue::Queue(Passes& passes) : passes_(passes), requests_(kBatch), samples_(kBatch) {}
 
 bool Passes::Queue::add(int x, int y, uint32_t first, uint32_t past) {
+  const Film& film = passes_.film();
+  film.expect(film.pixel(x, y));
   SampleRequest request{0, 0, passes_.footprint_px_, x, y, first, passes_.taker_.options().seed};
   while (request.index < past) {
     if (size_ == kBatch && !flush()) return false;
