@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <triad/base/parallel.hpp>
+#include <triad/colour/colour.hpp>
 #include <triad/sampling/cell_estimates.hpp>
 
 namespace triad {
@@ -75,6 +76,30 @@ std::vector<std::array<double, 3>> filled_means(const Film& film, const Cells& c
       }
     });
   return colour;
+}
+
+NoiseSeen::NoiseSeen(double ppd) {
+  Observer observer;
+  observer.rgb_to_xyz = rec709_to_xyz();
+  observer.ppd = ppd;
+  to_opponent_ = opponent_matrix(observer);
+  // Of white noise, the mean over frequencies below half a cycle a pixel of the squared transfer.
+  constexpr int kSteps = 256;
+  for (int c = 0; c < kOpponentChannels; ++c)
+    for (int i = 0; i < kSteps; ++i) {
+      const double transfer = mtf(observer, c, (i + .5) / kSteps * ppd / 2);
+      passed_[static_cast<size_t>(c)] += transfer * transfer / kSteps;
+    }
+}
+
+double NoiseSeen::operator()(const std::array<double, 3>& rgb) const {
+  double energy = 0;
+  for (size_t c = 0; c < kOpponentChannels; ++c) {
+    const double error =
+        to_opponent_[3 * c] * rgb[0] + to_opponent_[3 * c + 1] * rgb[1] + to_opponent_[3 * c + 2] * rgb[2];
+    energy += passed_[c] * error * error;
+  }
+  return std::sqrt(energy);
 }
 
 }  // namespace triad

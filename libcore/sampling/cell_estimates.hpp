@@ -2,6 +2,8 @@
 // What the samples in a film of cells say of the display's pixels and of cells that have none.
 #pragma once
 
+#include <array>
+#include <triad/display/vision.hpp>
 #include <triad/sampling/film.hpp>
 
 namespace triad {
@@ -12,6 +14,19 @@ namespace triad {
 std::array<double, 3> estimated_error(const Film& film, const Cells& cells, int x, int y);
 // Its root mean square over display pixels and channels.
 double estimated_rmse(const Film& film, const Cells& cells);
+
+// How much an eye sees of errors of pixels that are independent of each other, along a row.
+class NoiseSeen {
+ public:
+  // ppd: pixels of the display in a degree of the view, above 0.
+  explicit NoiseSeen(double ppd);
+  // The root of the energy that is left of an error in red, green and blue; white is 1.
+  double operator()(const std::array<double, 3>& rgb) const;
+
+ private:
+  std::array<double, 9> to_opponent_{};
+  std::array<double, kOpponentChannels> passed_{};
+};
 
 // The film's means, and for each pixel without a sample the mean of the nearest that have some, in squares of at most
 // two display pixels to either side; 0 if there is none. Nothing if all have samples.

@@ -1,25 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
-#include <triad/base/random.hpp>
-#include <triad/colour/colour.hpp>
-#include <triad/display/vision.hpp>
 #include <triad/numeric/widest.hpp>
 #include <triad/sampling/cell_estimates.hpp>
+#include <triad/sampling/cell_strata.hpp>
 #include <triad/sampling/pixel_batches.hpp>
-#include <triad/sampling/point_strategy.hpp>
+#include <triad/sampling/pixel_points.hpp>
+#include <triad/sampling/strategy_base.hpp>
 
 namespace triad {
 namespace {
 
-enum class Points { kSobol, kJitter, kRandom };
 constexpr size_t kMostCells = 64 * 64;  // of a display pixel, as parse_cells() allows
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr uint32_t kMostStrata = 4096;  // along a side of a pixel; finer ones would change no cell by a thousandth
 
 const StrategyInfo kInfo{
     "cells",
@@ -28,8 +24,10 @@ const StrategyInfo kInfo{
     "picture to platt or another filter of that display. No more samples than ordinary antialiasing takes: spp in "
     "each pixel of the display, whatever the number of its cells. A cell is the mean of the samples that fall into "
     "it. "
-    "Points are drawn from boxes of the pixel (one of spp, by the elementary intervals of Sobol points, or n x n for "
-    "jitter), and the boxes are laid so that each cell has whole ones, as many as its neighbours or one more: no "
+    "Points are drawn from boxes of the pixel (one of spp, by the elementary intervals of Sobol points, or the cells "
+    "of "
+    "jitter's grid), and the boxes are laid so that each cell has whole ones, as many as its neighbours or one more: "
+    "no "
     "cell "
     "is left to chance, and within cells nothing is biased. Cells without a sample, where there are more cells than "
     "boxes or points are random, take the mean of the nearest that have some. With one cell a pixel it is plain "
@@ -40,115 +38,11 @@ const StrategyInfo kInfo{
     "samples, in "
     "luminance, red-green and blue-yellow, each by how much of a pixel's noise in it gets through at ppd. .01 is a "
     "hundredth of white. What the first samples miss stays missed.",
-    {{"spp", "samples per display pixel; for points=jitter a square number", 1, 1 << 24, 16},
-     choice_param("points", "where they lie in a pixel of the display", {"sobol", "jitter", "random"}),
+    {{"spp", "samples per display pixel", 1, 1 << 24, 16},
+     PixelPoints::param(),
      {"threshold", "error seen of a pixel's noise at which it goes on; 0: spp everywhere", 0, kInfinity, 0, true},
      {"least", "samples in each pixel with a threshold", 2, 1 << 24, 8},
      {"ppd", "pixels of the display in a degree of the view, for the threshold", 1, 10000, 40, true}}};
-
-// Equal boxes of the square that the points are made in, columns by rows.
-struct Strata {
-  uint32_t columns = 1, rows = 1;
-};
-
-Strata strata_for(Points points, uint32_t spp, const Cells& cells) {
-  switch (points) {
-    case Points::kJitter: {
-      const auto n = std::min(kMostStrata, static_cast<uint32_t>(std::lround(std::sqrt(spp))));
-      return {n, n};
-    }
-    case Points::kRandom: return {};
-    case Points::kSobol: break;
-  }
-  // Any 2^a x 2^b boxes with a + b = log2 spp hold one point each. Where a side has one cell, boxes need not be
-  // told apart along it; else they are to be of the cells' shape.
-  const int bits = std::bit_width(spp) - 1;
-  int across = cells.y == 1 ? bits : 0;
-  if (cells.x > 1 && cells.y > 1)
-    across = static_cast<int>(std::lround((bits + std::log2(static_cast<double>(cells.x) / cells.y)) / 2));
-  across = std::clamp(across, 0, bits);
-  return {std::min(kMostStrata, 1u << across), std::min(kMostStrata, 1u << (bits - across))};
-}
-
-// One side of a display pixel: takes the side of the square that the points are made in, cut into strata, to cells.
-// Each cell is given as many whole strata as its neighbours, or one more, and so has its samples, however they are
-// scrambled; within a cell points keep their density. With fewer strata than cells nothing is moved.
-class Side {
- public:
-  Side(uint32_t strata, int cells) {
-    const auto n = static_cast<uint32_t>(cells);
-    if (strata < n) {
-      cells_ = {{0, static_cast<double>(n)}};
-      return;
-    }
-    for (uint32_t cell = 0; cell < n; ++cell) {
-      const uint32_t first = (cell * strata + n / 2) / n, past = ((cell + 1) * strata + n / 2) / n;
-      cells_.push_back({static_cast<double>(first) / strata, static_cast<double>(strata) / (past - first)});
-    }
-  }
-
-  // From places in [0, 1) to cells from the pixel's edge.
-  TRIAD_INLINE_BODY void move(std::span<double> places) const {
-    if (cells_.size() == 1 && cells_[0].scale == 1) return;
-    constexpr size_t kAtOnce = 64;
-    for (size_t begin = 0; begin < places.size(); begin += kAtOnce) {
-      const auto some = places.subspan(begin, std::min(kAtOnce, places.size() - begin));
-      std::array<double, kAtOnce> cell, start, scale;
-      cell.fill(0);
-      start.fill(0);
-      scale.fill(cells_[0].scale);
-      for (size_t c = 1; c < cells_.size(); ++c) {
-        const double from = cells_[c].start, by = cells_[c].scale, number = static_cast<double>(c);
-        for (size_t i = 0; i < some.size(); ++i) {
-          const bool past = some[i] >= from;
-          cell[i] = past ? number : cell[i];
-          start[i] = past ? from : start[i];
-          scale[i] = past ? by : scale[i];
-        }
-      }
-      for (size_t i = 0; i < some.size(); ++i) some[i] = cell[i] + (some[i] - start[i]) * scale[i];
-    }
-  }
-
- private:
-  struct Cell {
-    double start, scale;  // its first place, and cells by which a place moves it
-  };
-  std::vector<Cell> cells_;
-};
-
-// How much an eye sees of errors of pixels that are independent of each other, along a row.
-class NoiseSeen {
- public:
-  explicit NoiseSeen(double ppd) {
-    Observer observer;
-    observer.rgb_to_xyz = rec709_to_xyz();
-    observer.ppd = ppd;
-    to_opponent_ = opponent_matrix(observer);
-    // Of white noise, the mean over frequencies below half a cycle a pixel of the squared transfer.
-    constexpr int kSteps = 256;
-    for (int c = 0; c < kOpponentChannels; ++c)
-      for (int i = 0; i < kSteps; ++i) {
-        const double transfer = mtf(observer, c, (i + .5) / kSteps * ppd / 2);
-        passed_[static_cast<size_t>(c)] += transfer * transfer / kSteps;
-      }
-  }
-
-  // The root of the energy that is left of an error in red, green and blue; white is 1.
-  double operator()(const std::array<double, 3>& rgb) const {
-    double energy = 0;
-    for (size_t c = 0; c < kOpponentChannels; ++c) {
-      const double error =
-          to_opponent_[3 * c] * rgb[0] + to_opponent_[3 * c + 1] * rgb[1] + to_opponent_[3 * c + 2] * rgb[2];
-      energy += passed_[c] * error * error;
-    }
-    return std::sqrt(energy);
-  }
-
- private:
-  std::array<double, 9> to_opponent_{};
-  std::array<double, kOpponentChannels> passed_{};
-};
 
 // Samples counted by cell; then, for each, its place where all are ordered by cells.
 class ManyCells {
@@ -187,15 +81,10 @@ class CellsStrategy final : public StrategyBase {
   explicit CellsStrategy(const StrategyValues& values)
       : StrategyBase(kInfo, values),
         spp_(whole("spp")),
-        points_(static_cast<Points>(whole("points"))),
+        points_(static_cast<PixelPoints::Kind>(whole("points")), spp_),
         threshold_(value("threshold")),
-        least_(whole("least")) {
-    if (points_ == Points::kJitter) {
-      side_ = static_cast<uint32_t>(std::lround(std::sqrt(spp_)));
-      stride_ = spread_stride(spp_);
-    }
-  }
-  bool estimates_error() const override { return true; }
+        least_(whole("least")) {}
+  bool estimates_error() const override { return points_.halves_are_alike(); }
   uint64_t most_samples(int width, int height) const override {
     return uint64_t{spp_} * static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
   }
@@ -211,8 +100,8 @@ class CellsStrategy final : public StrategyBase {
     SampleTaker taker(*this, source, with_halves);
     const uint64_t samples = most_samples(source.width() / cells.x, source.height() / cells.y);
     taker.expect(static_cast<double>(samples));
-    const Strata strata = strata_for(points_, spp_, cells);
-    const Side across(strata.columns, cells.x), down(strata.rows, cells.y);
+    const CellStrata strata = cell_strata(points_, cells);
+    const CellSide across(strata.columns, cells.x), down(strata.rows, cells.y);
     PixelWork work{source.width() / cells.x, source.height() / cells.y,
                    std::sqrt(static_cast<float>(cells.x * cells.y) / static_cast<float>(spp_))};
     const int32_t last_x = source.width() - 1, last_y = source.height() - 1;
@@ -277,31 +166,12 @@ class CellsStrategy final : public StrategyBase {
     }
   }
 
-  // The points of the strategy of that name in a display pixel, in [0, 1).
-  void points(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y) const {
-    if (points_ == Points::kSobol) {
-      sobol_owen_places(requests, x, y);
-      return;
-    }
-    for (size_t i = 0; i < requests.size(); ++i) {
-      const SampleRequest& request = requests[i];
-      const SampleRandom random(request.pixel_x, request.pixel_y, request.index, request.seed);
-      x[i] = random.u32(0) * 0x1p-32;
-      y[i] = random.u32(1) * 0x1p-32;
-      if (points_ == Points::kJitter) {
-        const auto box = static_cast<uint32_t>(request.index * stride_ % spp_);
-        x[i] = (x[i] + box % side_) / side_;
-        y[i] = (y[i] + box / side_) / side_;
-      }
-    }
-  }
-
   // Puts the requests into `spare`, with their places on the film, each pixel's by cells: what a cell's samples have
   // in common the source and the film need to find but once. Their random numbers stay those of the display pixel.
-  void place(const PixelBatch& batch, const Side& across, const Side& down, const Cells& cells) const {
+  void place(const PixelBatch& batch, const CellSide& across, const CellSide& down, const Cells& cells) const {
     std::array<double, kMostTogether> x, y;
     const size_t n = batch.requests.size();
-    points(batch.requests, x, y);
+    points_.places(batch.requests, x, y);
     run_widest([&]() TRIAD_INLINE_BODY {
       across.move(std::span(x).first(n));
       down.move(std::span(y).first(n));
@@ -334,11 +204,9 @@ class CellsStrategy final : public StrategyBase {
   }
 
   uint32_t spp_;
-  Points points_;
+  PixelPoints points_;
   double threshold_;
   uint32_t least_;
-  uint32_t side_ = 1;
-  uint64_t stride_ = 1;
 };
 
 }  // namespace
@@ -346,11 +214,12 @@ class CellsStrategy final : public StrategyBase {
 const StrategyEntry& cells_strategy() {
   static const StrategyEntry entry{
       kInfo, [](const StrategyValues& values, const std::string& option) -> std::unique_ptr<Strategy> {
-        const double spp = values.at("spp"), side = std::round(std::sqrt(spp));
-        if (static_cast<Points>(values.at("points")) == Points::kJitter && side * side != spp)
-          throw_usage(option + ": cells:points=jitter puts n x n samples into a pixel, and spp=" +
-                      strategy_value(kInfo.params[0], spp) + " is no square number; " +
-                      strategy_value(kInfo.params[0], side * side) + " would do");
+        const double spp = values.at("spp");
+        if (values.at("threshold") > 0 &&
+            !PixelPoints(static_cast<PixelPoints::Kind>(values.at("points")), 1).halves_are_alike())
+          throw_usage(option +
+                      ": cells:threshold compares two halves of the points, of which jitter has none that are "
+                      "spread alike; take points=sobol or random");
         if (values.at("threshold") > 0 && values.at("least") > spp)
           throw_usage(option + ": cells:least=" + strategy_value(kInfo.params[3], values.at("least")) +
                       " is above spp=" + strategy_value(kInfo.params[0], spp) +

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <triad/base/random.hpp>
 #include <triad/sampling/pixel_points.hpp>
 #include <triad/sampling/point_strategy.hpp>
@@ -18,10 +17,7 @@ std::array<double, 2> two_numbers(const SampleRequest& r) {
 }  // namespace
 
 std::vector<uint32_t> scattered_cells(uint32_t nx, uint32_t ny) {
-  const uint64_t cells = uint64_t{nx} * ny;
-  uint64_t stride =
-      std::max<uint64_t>(1, static_cast<uint64_t>(std::llround(static_cast<double>(cells) * .6180339887498949)));
-  while (std::gcd(stride, cells) != 1) ++stride;
+  const uint64_t cells = uint64_t{nx} * ny, stride = spread_stride(cells);
   std::vector<uint32_t> order(cells);
   for (uint64_t index = 0, cell = 0; index < cells; ++index, cell = (cell + stride) % cells)
     order[index] = static_cast<uint32_t>(cell);
@@ -42,14 +38,29 @@ PixelPoints::PixelPoints(Kind kind, uint32_t spp) : kind_(kind), spp_(spp) {
   cells_ = scattered_cells(nx_, ny_);
 }
 
+template <class Put>
+void PixelPoints::each_place(std::span<const SampleRequest> requests, const Put& put) const {
+  for (size_t i = 0; i < requests.size(); ++i) {
+    const auto [u, v] = two_numbers(requests[i]);
+    const uint32_t cell = kind_ == Kind::kJitter ? cells_[requests[i].index] : 0;
+    put(i, (cell % nx_ + u) / nx_, (cell / nx_ + v) / ny_);
+  }
+}
+
 void PixelPoints::place(std::span<SampleRequest> requests) const {
   if (kind_ == Kind::kSobol) return place_sobol_owen(requests);
-  for (SampleRequest& r : requests) {
-    const auto [u, v] = two_numbers(r);
-    const uint32_t cell = kind_ == Kind::kJitter ? cells_[r.index] : 0;
-    r.x = r.pixel_x + (cell % nx_ + u) / nx_;
-    r.y = r.pixel_y + (cell / nx_ + v) / ny_;
-  }
+  each_place(requests, [&](size_t i, double x, double y) {
+    requests[i].x = requests[i].pixel_x + x;
+    requests[i].y = requests[i].pixel_y + y;
+  });
+}
+
+void PixelPoints::places(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y) const {
+  if (kind_ == Kind::kSobol) return sobol_owen_places(requests, x, y);
+  each_place(requests, [&](size_t i, double place_x, double place_y) {
+    x[i] = place_x;
+    y[i] = place_y;
+  });
 }
 
 }  // namespace triad

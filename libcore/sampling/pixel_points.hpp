@@ -30,10 +30,19 @@ class PixelPoints {
   // Sets x and y of requests that say all else, index below spp, to points of [pixel_x, pixel_x + 1) and
   // [pixel_y, pixel_y + 1). They share a seed, and where neighbours are of one pixel, their indices count up by one.
   void place(std::span<SampleRequest> requests) const;
+  // The same places within their pixels, in [0, 1): x[i], y[i] for requests[i].
+  void places(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y) const;
+  Kind kind() const { return kind_; }
+  // Of jitter's grid; 1, 1 of the others.
+  uint32_t columns() const { return nx_; }
+  uint32_t rows() const { return ny_; }
   // Whether the two halves of the points that Film::estimated_rmse() compares are each spread like the whole.
   bool halves_are_alike() const { return kind_ != Kind::kJitter; }
 
  private:
+  template <class Put>
+  void each_place(std::span<const SampleRequest> requests, const Put& put) const;
+
   Kind kind_;
   uint32_t spp_, nx_ = 1, ny_ = 1;
   std::vector<uint32_t> cells_;  // of jitter, by index

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the points of a display pixel are parted among its fine cells.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <triad/image/image.hpp>
+#include <triad/numeric/widest.hpp>
+#include <triad/sampling/pixel_points.hpp>
+#include <vector>
+
+namespace triad {
+
+// Equal boxes of the square that the points are made in, columns by rows, each of which holds as many points as any
+// other.
+struct CellStrata {
+  uint32_t columns = 1, rows = 1;
+};
+// Those of `points` that fit display pixels of so many cells best.
+CellStrata cell_strata(const PixelPoints& points, const Cells& cells);
+
+// One side of a display pixel: takes the side of the square that the points are made in, cut into strata, to cells.
+// Each cell is given as many whole strata as its neighbours, or one more, and so has its samples, however they are
+// scrambled; within a cell points keep their density. With fewer strata than cells nothing is moved.
+class CellSide {
+ public:
+  // Both at least 1.
+  CellSide(uint32_t strata, int cells);
+  // From places in [0, 1) to cells from the pixel's edge.
+  TRIAD_INLINE_BODY void move(std::span<double> places) const {
+    if (cells_.size() == 1 && cells_[0].scale == 1) return;
+    constexpr size_t kAtOnce = 64;
+    for (size_t begin = 0; begin < places.size(); begin += kAtOnce) {
+      const auto some = places.subspan(begin, std::min(kAtOnce, places.size() - begin));
+      std::array<double, kAtOnce> cell, start, scale;
+      cell.fill(0);
+      start.fill(0);
+      scale.fill(cells_[0].scale);
+      for (size_t c = 1; c < cells_.size(); ++c) {
+        const double from = cells_[c].start, by = cells_[c].scale, number = static_cast<double>(c);
+        for (size_t i = 0; i < some.size(); ++i) {
+          const bool past = some[i] >= from;
+          cell[i] = past ? number : cell[i];
+          start[i] = past ? from : start[i];
+          scale[i] = past ? by : scale[i];
+        }
+      }
+      for (size_t i = 0; i < some.size(); ++i) some[i] = cell[i] + (some[i] - start[i]) * scale[i];
+    }
+  }
+
+ private:
+  struct Cell {
+    double start, scale;  // its first place, and cells by which a place moves it
+  };
+  std::vector<Cell> cells_;
+};
+
+}  // namespace triad
