@@ -11,32 +11,22 @@
 #include <triad/sampling/strategy.hpp>
 #include <vector>
 
+#include "measure.hpp"
+
 namespace {
 
 using namespace triad;
+using namespace triad::bench;
 
 constexpr int kThreads = 2, kWidth = 400, kHeight = 225, kRounds = 21;
 constexpr Cells kCells{3, 1};
 
-// Seconds of the processor, summed over this process's threads: they leave out what other programs take.
-double now_s() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double render_s(const Strategy& strategy, const Source& source, const Cells& cells) {
   RenderOptions options;
   options.cells = cells;
-  const double start = now_s();
+  const double start = processor_s();
   benchmark::DoNotOptimize(strategy.render(source, options));
-  return now_s() - start;
+  return processor_s() - start;
 }
 
 void cells_beside_plain(benchmark::State& state, const std::string& name) {

@@ -15,10 +15,14 @@
 #include <triad/numeric/fft.hpp>
 #include <vector>
 
+#include "measure.hpp"
+
 using triad::Edge;
 using triad::Layout;
 
 namespace {
+
+using triad::bench::median;
 
 triad::Observer observer() {
   triad::Observer eye;
@@ -46,11 +50,6 @@ double seconds(const std::function<void()>& body) {
   const auto start = std::chrono::steady_clock::now();
   body();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 // Medians of runs that take turns.

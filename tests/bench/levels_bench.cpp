@@ -18,7 +18,10 @@
 #include <triad/base/error.hpp>
 #include <triad/sampling/render.hpp>
 
+#include "measure.hpp"
+
 using namespace triad;
+using namespace triad::bench;
 
 namespace {
 
@@ -28,45 +31,19 @@ constexpr int kSeeds = 3;
 
 using Picture = std::vector<std::array<double, 3>>;
 
-// Seconds of the processor, of this thread or summed over this process's threads: they leave out what other programs
-// take.
-double now_s(clockid_t clock = CLOCK_PROCESS_CPUTIME_ID) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 struct Run {
   Picture picture;
   uint64_t samples = 0;
   double seconds = 0, ray_seconds = 0;
 };
 
-class TimedSource final : public Source {
- public:
-  explicit TimedSource(const Source& source) : source_(source) {}
-  int width() const override { return source_.width(); }
-  int height() const override { return source_.height(); }
-  SourceAbilities abilities() const override { return source_.abilities(); }
-  void eval(std::span<const SampleRequest> requests, std::span<Sample> samples) const override {
-    const double start_s = now_s(CLOCK_THREAD_CPUTIME_ID);
-    source_.eval(requests, samples);
-    nanoseconds_ += std::llround(1e9 * (now_s(CLOCK_THREAD_CPUTIME_ID) - start_s));
-  }
-  double seconds() const { return 1e-9 * static_cast<double>(nanoseconds_); }
-
- private:
-  const Source& source_;
-  mutable std::atomic<int64_t> nanoseconds_{0};
-};
-
 Run render(const std::string& strategy, const Source& source, uint64_t seed) {
   RenderOptions options;
   options.seed = seed;
   const TimedSource timed(source);
-  const double start_s = now_s();
+  const double start_s = processor_s();
   const RenderResult result = make_strategy(strategy, "levels_bench")->render(timed, options);
-  Run run{{}, result.samples, now_s() - start_s, timed.seconds()};
+  Run run{{}, result.samples, processor_s() - start_s - timed.clocks_s(), timed.inside_s()};
   for (size_t p = 0; p < result.film.pixels(); ++p) run.picture.push_back(result.mean(p));
   return run;
 }
@@ -90,11 +67,6 @@ double share_unchanged(const Picture& a, const Picture& b) {
     same += most < kSeen;
   }
   return static_cast<double>(same) / static_cast<double>(a.size());
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 std::unique_ptr<raytracer::SceneSource> open_scene(const std::string& name, const std::string& effects,

@@ -10,21 +10,18 @@
 #include <filesystem>
 
 #include "../unit/gltf_files.hpp"
+#include "measure.hpp"
 #include "raytracer/geometry.hpp"
 #include "raytracer/gltf_loader.hpp"
 
 namespace {
 
+using triad::bench::median;
+
 using namespace triad::raytracer;
 using gltf_files::json;
 
 double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // A hilly square of 2 * 1000 * 500 triangles.
 std::string save_hills(const std::filesystem::path& path) {

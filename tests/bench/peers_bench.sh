@@ -30,23 +30,9 @@ cycles_spp=(4 8 16 32 64 128)
 povray_parts=(2 3 4) povray_depths=(3 4 5 6)
 threshold=0.3
 
-for program in python3 jq; do
-  command -v "$program" >/dev/null || {
-    printf 'peers_bench: %s is not installed: nothing was compared\n' "$program"
-    exit 0
-  }
-done
-folder=$(mktemp -d)
-trap 'rm -rf -- "$folder"' EXIT
+source "$here/bench.bash"
+need peers_bench python3 jq
 cd -- "$folder"
-
-# quiet COMMAND...: its output goes to a log, and to stderr if it fails.
-quiet() {
-  "$@" >log.txt 2>&1 </dev/null || {
-    cat -- log.txt >&2
-    return 1
-  }
-}
 
 # draw_triad CONTEST STRATEGY SEED OUT: seconds.
 draw_triad() {

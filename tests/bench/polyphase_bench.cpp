@@ -15,7 +15,11 @@
 #include <tuple>
 #include <vector>
 
+#include "measure.hpp"
+
 namespace {
+
+using triad::bench::median;
 
 constexpr int kThreads = 2;
 constexpr int kCells = 3;
@@ -58,12 +62,6 @@ struct Picture {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 void fir_and_copy(benchmark::State& state, triad::CpuPath path, int width, int height) {
   if (!triad::cpu_can_run(path)) return state.SkipWithError("this machine cannot run the path");

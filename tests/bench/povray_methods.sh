@@ -29,23 +29,9 @@ width=400 height=225
   exit 2
 }
 
-for program in povray jq; do
-  command -v "$program" >/dev/null || {
-    printf 'povray_methods: %s is not installed: nothing was compared\n' "$program"
-    exit 0
-  }
-done
-folder=$(mktemp -d)
-trap 'rm -rf -- "$folder"' EXIT
+source "$here/bench.bash"
+need povray_methods povray jq
 cd -- "$folder"
-
-# quiet COMMAND...: its output goes to a log, and to stderr if it fails.
-quiet() {
-  "$@" >log.txt 2>&1 </dev/null || {
-    cat -- log.txt >&2
-    return 1
-  }
-}
 
 # draw SCENE OUT TIMES OPTION...: by POV-Ray.
 draw() {

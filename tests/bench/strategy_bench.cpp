@@ -12,48 +12,16 @@
 #include <triad/sampling/strategy.hpp>
 #include <vector>
 
+#include "measure.hpp"
 #include "raytracer/gltf_loader.hpp"
 #include "raytracer/scene_source.hpp"
 
 namespace {
 
 using namespace triad;
+using namespace triad::bench;
 
 constexpr int kThreads = 2, kWidth = 640, kHeight = 360;
-
-int64_t processor_ns(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
-
-// What asking for a thread's time costs: the kernel keeps that clock, and two calls a batch are 5% of what is
-// measured.
-double clock_ns() {
-  constexpr int kCalls = 20000;
-  const int64_t start = processor_ns(CLOCK_THREAD_CPUTIME_ID);
-  for (int i = 0; i < kCalls; ++i) benchmark::DoNotOptimize(processor_ns(CLOCK_THREAD_CPUTIME_ID));
-  return static_cast<double>(processor_ns(CLOCK_THREAD_CPUTIME_ID) - start) / kCalls;
-}
-
-// Adds up the processor time that threads spend in another source.
-class TimedSource final : public Source {
- public:
-  explicit TimedSource(const Source& source) : source_(source) {}
-  int width() const override { return source_.width(); }
-  int height() const override { return source_.height(); }
-  SourceAbilities abilities() const override { return source_.abilities(); }
-  void eval(std::span<const SampleRequest> requests, std::span<Sample> samples) const override {
-    const int64_t start = processor_ns(CLOCK_THREAD_CPUTIME_ID);
-    source_.eval(requests, samples);
-    ns += processor_ns(CLOCK_THREAD_CPUTIME_ID) - start;
-    ++batches;
-  }
-  mutable std::atomic<int64_t> ns{0}, batches{0};
-
- private:
-  const Source& source_;
-};
 
 void added(benchmark::State& state, const char* strategy_text) {
   set_thread_limit(kThreads);
@@ -68,21 +36,16 @@ void added(benchmark::State& state, const char* strategy_text) {
   const auto source = raytracer::make_scene_source(scene, options);
   const auto strategy = make_strategy(strategy_text, "strategy_bench");
   std::vector<double> shares;
-  const double each_clock_ns = clock_ns();  // of two a batch, half is inside
   for (auto unused : state) {
     (void)unused;
     const TimedSource timed(*source);
-    const int64_t start = processor_ns(CLOCK_PROCESS_CPUTIME_ID);
+    const double start_s = processor_s();
     benchmark::DoNotOptimize(strategy->render(timed, {}).samples);
-    const double clocks = each_clock_ns * static_cast<double>(timed.batches.load());
-    const double whole = static_cast<double>(processor_ns(CLOCK_PROCESS_CPUTIME_ID) - start) - 2 * clocks;
-    const double inside = static_cast<double>(timed.ns.load()) - clocks;
+    const double whole = processor_s() - start_s - timed.clocks_s(), inside = timed.inside_s();
     shares.push_back((whole - inside) / inside);
-    state.SetIterationTime(1e-9 * whole);
+    state.SetIterationTime(whole);
   }
-  const auto middle = shares.begin() + static_cast<ptrdiff_t>(shares.size() / 2);
-  std::nth_element(shares.begin(), middle, shares.end());
-  state.counters["added_to_source"] = *middle;
+  state.counters["added_to_source"] = median(shares);
 }
 
 }  // namespace

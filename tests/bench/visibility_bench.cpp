@@ -14,6 +14,7 @@
 #include <triad/sampling/strategy.hpp>
 #include <vector>
 
+#include "measure.hpp"
 #include "raytracer/camera.hpp"
 #include "raytracer/gltf_loader.hpp"
 #include "raytracer/scene_source.hpp"
@@ -21,23 +22,10 @@
 namespace {
 
 using namespace triad;
+using namespace triad::bench;
 using namespace triad::raytracer;
 
 constexpr int kThreads = 2, kWidth = 640, kHeight = 360;
-
-// Seconds of the processor, summed over this process's threads: they leave out what other programs take. Both sides
-// keep all threads busy, so on an idle machine the ratio is that of the seconds that pass.
-double now_s() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Keeps the camera rays of every request, as packets in the order in which they were asked for.
 template <class Packet, int K>
@@ -116,7 +104,7 @@ template <class Wide>
 double bare_s(RTCScene tree, const std::vector<typename Wide::Ray>& packets, uint64_t& hits) {
   constexpr size_t kAtOnce = 128;
   std::mutex mutex;
-  const double start = now_s();
+  const double start = processor_s();
   parallel_for(static_cast<int64_t>((packets.size() + kAtOnce - 1) / kAtOnce), [&](int64_t task) {
     alignas(64) int valid[Wide::kWidth];
     std::fill(std::begin(valid), std::end(valid), -1);
@@ -135,7 +123,7 @@ double bare_s(RTCScene tree, const std::vector<typename Wide::Ray>& packets, uin
     const std::lock_guard lock(mutex);
     hits += met;
   });
-  return now_s() - start;
+  return processor_s() - start;
 }
 
 template <class Wide>
@@ -161,9 +149,9 @@ void visibility_wide(benchmark::State& state, RTCDevice device, const std::strin
   uint64_t hits = 0, rays = 0;
   for (auto unused : state) {
     (void)unused;
-    const double start = now_s();
+    const double start = processor_s();
     const RenderResult result = strategy->render(*source, {});
-    ours_s.push_back(now_s() - start);
+    ours_s.push_back(processor_s() - start);
     rays = result.samples;
     bare.push_back(bare_s<Wide>(tree, recorder.packets, hits));
     state.SetIterationTime(ours_s.back());
