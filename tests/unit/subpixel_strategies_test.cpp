@@ -267,7 +267,9 @@ TEST(SubpixelStrategies, InvalidSamplesPoisonNobody) {
 TEST(SubpixelStrategies, LostSubpixelsTakeTheNearestOfTheirRow) {
   constexpr int kWidth = 40, kHeight = 12, kEnd = 3 * kWidth;
   // Fewer and fewer are left from row to row.
-  const auto lost = [](int cell, int y) { return SampleRandom(cell, y, 0, 3).uniform(8) < static_cast<float>(y) / 11; };
+  const auto lost = [](int cell, int y) {
+    return SampleRandom(cell, y, 0, 3).uniform(8) < static_cast<float>(y) / 11;
+  };
   const FunctionSource source(kWidth, kHeight, [&](const SampleRequest& r) {
     Sample sample = patchwork(r);
     sample.valid = !lost(3 * r.pixel_x + subpixel_at(r.x), r.pixel_y);
