@@ -137,13 +137,28 @@ void help_named(const StrategyInfo& info, const std::string& kind, bool as_json)
   std::cout << object.dump(2) << "\n";
 }
 
+const StageInfo& find_stage(PluginHost& host, const std::string& name) {
+  try {
+    return host.find(name);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kUsage) throw;
+  }
+  std::vector<std::string> all, stages, strategies, functions;
+  for (const StageInfo* info : host.list()) all.push_back(stages.emplace_back(info->id()));
+  for (const StrategyInfo* info : strategy_list()) all.push_back(strategies.emplace_back(info->name));
+  for (const FunctionInfo* info : function_list()) all.push_back(functions.emplace_back(info->name));
+  throw_usage("no plugin, strategy or function is called '" + name + "'" + did_you_mean(name, all) +
+              "; there are the plugins " + join(stages, ", ") + ", the strategies " + join(strategies, ", ") +
+              " and the functions " + join(functions, ", "));
+}
+
 void help(const ListOptions& options) {
   for (const StrategyInfo* strategy : strategy_list())
     if (strategy->name == options.plugin) return help_named(*strategy, "strategy", options.json);
   for (const FunctionInfo* function : function_list())
     if (function->name == options.plugin) return help_named(*function, "function", options.json);
   PluginHost host(options.host.plugin_path);
-  const StageInfo& info = host.find(options.plugin);
+  const StageInfo& info = find_stage(host, options.plugin);
   if (!options.json) {
     std::cout << stage_help(info);
     return;

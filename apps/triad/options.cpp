@@ -156,21 +156,30 @@ void MetricOptions::apply(RunRequest& request) const {
   request.crop = CropRequest{numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
-void MetricOptions::check_outputs(const std::vector<std::string>& others) const {
-  std::set<fs::path> taken;
-  const auto real = [](const std::string& path) {
-    std::error_code error;
-    const fs::path found = fs::weakly_canonical(path, error);
-    return error ? fs::path(path) : found;
-  };
+namespace {
+// Equal for all names of one file.
+fs::path real_path(const std::string& path) {
+  if (path == "-") return path;
+  std::error_code error;
+  // Absolute first: of a relative path that does not exist yet, nothing is made canonical.
+  const fs::path found = fs::weakly_canonical(fs::absolute(path, error), error);
+  return error ? fs::path(path) : found;
+}
+}  // namespace
+
+void check_report_file(const std::string& option, const std::string& path, const std::vector<std::string>& others) {
+  if (path.empty()) return;
   for (const std::string& other : others)
-    if (!other.empty()) taken.insert(real(other));
-  for (const auto& [option, path] : {std::pair("--json", json), std::pair("--csv", csv)}) {
-    if (path.empty()) continue;
-    if (!taken.insert(path == "-" ? fs::path("-") : real(path)).second)
-      throw_usage(std::string(option) + " '" + path + "' is read or written by this call already; name another file");
-    check_text_file(path);
-  }
+    if (!other.empty() && real_path(path) == real_path(other))
+      throw_usage(option + " '" + path + "' is read or written by this call already; name another file");
+  check_text_file(path);
+}
+
+void MetricOptions::check_outputs(const std::vector<std::string>& others) const {
+  check_report_file("--json", json, others);
+  std::vector<std::string> with_json = others;
+  with_json.push_back(json);
+  check_report_file("--csv", csv, with_json);
 }
 
 MapPaths::MapPaths(std::string map, bool many)

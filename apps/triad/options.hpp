@@ -70,6 +70,10 @@ class MapPaths {
 
 NanPolicy parse_nan(const std::string& text, const std::vector<std::string>& allowed);
 
+// Whether `path` (""/"-": none, standard output) can be written for `option` and is none of `others`, the files that
+// this call reads or writes already ("" is none). Throws Error(kUsage), or Error(kInput) naming the path.
+void check_report_file(const std::string& option, const std::string& path, const std::vector<std::string>& others);
+
 // Prints tables, JSON and CSV as asked for, then the failures on stderr. Returns 0 or 1.
 int report(const MetricOptions& options, const std::vector<Threshold>& thresholds,
            const std::vector<MetricResult>& results, const std::vector<RunRecord>& runs);

@@ -118,8 +118,8 @@ void render(const RenderVerbOptions& options) {
   }
   seconds.write = watch.lap() - seconds.chain;
   if (options.json != "-")
-    std::cout << fmt::format("{}: {}x{}, {}, {} samples in {:.2f} s\n", printable(options.output), job.film.width,
-                             job.film.height, job.strategy->text(), result.samples, seconds.render);
+    std::cout << fmt::format("{}: {}x{}, {}, {} samples in {:.2f} s\n", printable(options.output), job.written.width,
+                             job.written.height, job.strategy->text(), result.samples, seconds.render);
   if (!options.json.empty()) write_text_file(options.json, record(options, job, opened, result, seconds));
   tell(options, job, result);
 }
@@ -143,8 +143,11 @@ void setup_render(CLI::App& app) {
       ->type_name("N");
   verb->add_option("--strategy", options->strategy, "Where samples lie: name:key=value; see triad list strategies")
       ->type_name("S");
-  verb->add_option("--until", options->until,
-                   fmt::format("Stop once the estimated error is reached; takes at most --spp, or {}", kMostForUntil))
+  verb->add_option(
+          "--until", options->until,
+          fmt::format("Stop once the estimated error is reached; takes at most --spp or what --strategy takes, "
+                      "or {} without either",
+                      kMostForUntil))
       ->type_name("rmse=V");
   verb->add_option("--cells", options->cells,
                    "Fine cells per display pixel, as in 3x1, or a layout's name or path (see triad list layouts): a "
@@ -191,8 +194,8 @@ void setup_render(CLI::App& app) {
       "  triad render zone-plate -o zone.exr --size 400x400 --strategy grid:n=4\n"
       "  triad render checker:cell=3.7,angle=12 -o truth.exr --size 400x225 --strategy exact\n"
       "  triad render big.exr -o small.exr --size 400x225 --strategy quad\n"
-      "Ctrl-C writes what is done so far, marks it triad:partial, and exits with 130; with --chain it writes "
-      "nothing.\n"
+      "Ctrl-C writes what is done so far, marks it triad:partial, and exits with 130; with --chain or --strategy "
+      "exact it writes nothing.\n"
       "See also: triad list scenes, triad list functions, triad list strategies, triad help sobol-owen, triad help "
       "checker");
   verb->callback([options] { render(*options); });

@@ -12,9 +12,7 @@ RenderChain::RenderChain(const std::string& text, std::vector<std::string> plugi
     : text_(text), plugin_path_(std::move(plugin_path)) {
   if (text.ends_with(".toml")) {
     const Chain chain = load_chain(text);
-    if (!chain.metrics.empty())
-      throw_usage("--chain '" + text + "' has the metric " + chain.metrics[0].id +
-                  ", and a render has no reference; judge what it writes with triad compare");
+    if (!chain.metrics.empty()) refuse_metric(chain.metrics[0].id);
     stages_ = chain.stages;
   } else {
     for (const std::string& stage : split_quoted(text, ' '))
@@ -27,6 +25,11 @@ RenderChain::RenderChain(const std::string& text, std::vector<std::string> plugi
                   "', and a render writes one file, with -o; keep the render itself and give it to triad run");
 }
 
+void RenderChain::refuse_metric(const std::string& id) const {
+  throw_usage("--chain '" + text_ + "' has the metric '" + id +
+              "', and a render has no reference; judge what it writes with triad compare");
+}
+
 RunRequest RenderChain::request(Image image, const std::string& name, const std::string& output,
                                 const WriteOptions& options) const {
   RunRequest request;
@@ -37,10 +40,15 @@ RunRequest RenderChain::request(Image image, const std::string& name, const std:
   return request;
 }
 
-void RenderChain::check(const ImageSpec& spec, const std::string& output, const WriteOptions& options) const {
+ImageSpec RenderChain::check(const ImageSpec& spec, const std::string& output, const WriteOptions& options) const {
   PluginHost host(plugin_path_);
   const ColourConfig colours = ColourConfig::load();
-  Run(request({spec, {}}, "the render", output, options), host, colours);  // planned, no pixel is read
+  for (const ChainItem& stage : stages_)
+    if (host.find(stage.id).is_metric()) refuse_metric(stage.id);
+  // Planned; no pixel is read.
+  const ImageSpec made = Run(request({spec, {}}, "the render", output, options), host, colours).output_spec();
+  ImageWriter::open(output, made, options);
+  return made;
 }
 
 double RenderChain::write(Image image, const std::string& name, const std::string& output,

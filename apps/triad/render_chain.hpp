@@ -18,12 +18,14 @@ class RenderChain {
 
   bool empty() const { return stages_.empty(); }
   const std::string& text() const { return text_; }
-  // Throws now what write() of a picture with this header would throw of stages, sizes and colours.
-  void check(const ImageSpec& spec, const std::string& output, const WriteOptions& options) const;
+  // Throws now what write() of a picture with this header would throw of stages, sizes, colours and the output, and
+  // leaves nothing behind. Returns the header of what write() would write.
+  ImageSpec check(const ImageSpec& spec, const std::string& output, const WriteOptions& options) const;
   // The picture as triad run would write it. Returns the seconds that filters and file took. `name` is for messages.
   double write(Image image, const std::string& name, const std::string& output, const WriteOptions& options) const;
 
  private:
+  [[noreturn]] void refuse_metric(const std::string& id) const;
   RunRequest request(Image image, const std::string& name, const std::string& output,
                      const WriteOptions& options) const;
 

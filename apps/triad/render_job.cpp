@@ -31,6 +31,15 @@ void check_source_options(const RenderVerbOptions& options, const Strategy& stra
   if (kind != SourceKind::kPicture) refuse(!options.from.empty(), "--from", "pictures");
 }
 
+// What it reads and writes besides its record.
+std::vector<std::string> files_of(const RenderVerbOptions& options) {
+  std::vector<std::string> files{options.output};
+  if (source_kind(options.source) != SourceKind::kFunction) files.push_back(options.source);
+  if (options.chain.ends_with(".toml")) files.push_back(options.chain);
+  if (options.cells.ends_with(".toml")) files.push_back(options.cells);
+  return files;
+}
+
 std::unique_ptr<Strategy> choose_strategy(const RenderVerbOptions& options) {
   if (!options.strategy.empty()) {
     if (options.spp)
@@ -82,18 +91,20 @@ RenderJob check_render(const RenderVerbOptions& options) {
     throw_usage("--aov needs a file that holds further channels, and '" + options.output +
                 "' does not; write an .exr");
   require_film_memory(job.film.width, job.film.height, job.render.planes);
+  check_report_file("--json", options.json, files_of(options));
   // Whether it can be written at all shall not come out after hours; what is not committed leaves nothing behind.
-  const ImageSpec spec = render_spec(job.film, job.cells, job.render.planes, *job.strategy);
-  ImageWriter::open(options.output, spec, job.write);
-  if (!options.chain.empty()) {
+  ImageSpec spec = render_spec(job.film, job.cells, job.render.planes, *job.strategy);
+  if (options.chain.empty()) {
+    ImageWriter::open(options.output, spec, job.write);
+  } else {
     if (!options.planes.empty())
       throw_usage(
           "--aov keeps channels of the render, and --chain makes another picture of it; leave one of them out");
     job.chain = RenderChain(options.chain, options.host.plugin_path);
-    ImageSpec named = spec;
-    if (!job.layout.empty()) named.metadata.set("triad:layout", job.layout);
-    job.chain.check(named, options.output, job.write);
+    if (!job.layout.empty()) spec.metadata.set("triad:layout", job.layout);
+    spec = job.chain.check(spec, options.output, job.write);
   }
+  job.written = {spec.width, spec.height};
 
   const FilmPlanes& planes = job.render.planes;
   job.source = {.name = options.source,

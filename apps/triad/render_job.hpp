@@ -28,6 +28,7 @@ struct RenderVerbOptions {
 
 struct RenderJob {
   PictureSize picture, film;
+  PictureSize written;  // the film's, but for a chain that changes it
   Cells cells;
   std::string layout;  // whose cells these are; "" none
   RenderOptions render;

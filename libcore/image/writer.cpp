@@ -25,6 +25,7 @@ struct Format {
   bool alpha = true, unassociated = false;
   enum Channels { kAny, kGreyOrRgb, kRgb, kGrey } channels = kGreyOrRgb;
   enum Text { kNone, kDescription, kFields } text = kNone;  // what there is to say a colour space in
+  int most_px = std::numeric_limits<int>::max();            // of either side
 };
 
 // The formats that report every failed write through our OutputProxy; what others lose on a full disk, they
@@ -34,11 +35,16 @@ const Format* find_format(const std::string& extension) {
   static const Format exr{"openexr", true, kHalf, {kFloat}, true, false, Format::kAny, Format::kFields};
   static const Format tiff{"tiff", true,  kFloat,       {kUint8, kUint16, kHalf},
                            true,   false, Format::kAny, Format::kDescription};
-  static const Format png{"png", false, kUint8, {kUint16}, true, true, Format::kGreyOrRgb, Format::kFields};
-  static const Format jpeg{"jpeg", false, kUint8, {}, false, false, Format::kGreyOrRgb, Format::kDescription};
+  // What libpng and libjpeg take (PNG_USER_WIDTH_MAX, JPEG_MAX_DIMENSION), of which the latter ends the process over
+  // more, and what the 16 bits of a TGA can say.
+  constexpr int kPngMost = 1'000'000, kJpegMost = 65'500, kTargaMost = 65'535;
+  static const Format png{"png", false, kUint8, {kUint16}, true, true, Format::kGreyOrRgb, Format::kFields, kPngMost};
+  static const Format jpeg{"jpeg",   false, kUint8, {}, false, false, Format::kGreyOrRgb, Format::kDescription,
+                           kJpegMost};
   static const Format hdr{"hdr", true, kFloat, {}, false, false, Format::kRgb};
   static const Format bmp{"bmp", false, kUint8, {}, false};
-  static const Format targa{"targa", false, kUint8, {}, true, true, Format::kGreyOrRgb, Format::kDescription};
+  static const Format targa{"targa",   false, kUint8, {}, true, true, Format::kGreyOrRgb, Format::kDescription,
+                            kTargaMost};
   static const Format ppm{"pnm", false, kUint8, {kUint16}, false, false, Format::kRgb};
   static const Format pgm{"pnm", false, kUint8, {kUint16}, false, false, Format::kGrey};
   static const struct {
@@ -98,9 +104,15 @@ bool is_integer(Depth depth) { return depth == Depth::kUint8 || depth == Depth::
   throw_input("cannot write '" + path + "': " + why);
 }
 
+void check_size(const std::string& path, const Format& format, const ImageSpec& spec) {
+  if (spec.width < 1 || spec.height < 1 || spec.channel_count() < 1) fail(path, "the picture is empty");
+  if (std::max(spec.width, spec.height) > format.most_px)
+    fail(path, "this format holds at most " + std::to_string(format.most_px) + " pixels a side, and the picture is " +
+                   spec.size_text() + "; write .exr or .tif");
+}
+
 void check_channels(const std::string& path, const Format& format, const ImageSpec& spec) {
   const int n = spec.channel_count();
-  if (spec.width < 1 || spec.height < 1 || n < 1) fail(path, "the picture is empty");
   if (format.channels == Format::kAny) return;
   const int colour = spec.alpha >= 0 ? n - 1 : n;
   if (spec.alpha >= 0 && !format.alpha)
@@ -282,7 +294,8 @@ class OiioWriter final : public ImageWriter {
         depth_(resolve_depth(path, format_, options.depth)),
         spec_(stored_picture(format_, spec)),
         tripled_(spec_.channels.size() != spec.channels.size()),
-        file_((check_channels(path, format_, spec), check_compression(path, format_, options.compression), path)),
+        file_((check_size(path, format_, spec), check_channels(path, format_, spec),
+               check_compression(path, format_, options.compression), path)),
         proxy_(file_.temporary()) {
     // A file that grows past the user's limit shall be an error of write(), which names the file.
     static const auto ignored = std::signal(SIGXFSZ, SIG_IGN);

@@ -33,7 +33,7 @@ bool is_display_encoded_format(const std::string& path, Depth depth);
 // The file appears under its name at commit(); without it, nothing is left behind.
 class ImageWriter {
  public:
-  // Throws Error: folder missing or not writable, format unknown or unable to hold the channels or depth.
+  // Throws Error: folder missing or not writable, format unknown or unable to hold the size, channels or depth.
   static std::unique_ptr<ImageWriter> open(const std::string& path, const ImageSpec& spec,
                                            const WriteOptions& options = {});
   virtual ~ImageWriter() = default;

@@ -109,6 +109,8 @@ class Run {
   // The plan for people: inputs, stages, colour transforms, strips, passes, peak memory.
   std::string explain() const;
   uint64_t peak_memory() const;
+  // The header of RunRequest::output's file, which the request must name.
+  const ImageSpec& output_spec() const;
   // progress: share done in [0, 1], called now and then from one thread at a time. Once only. Throws Error;
   // then no output file exists that did not exist before.
   RunResult execute(const std::function<void(double)>& progress = {});

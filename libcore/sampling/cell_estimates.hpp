@@ -10,10 +10,9 @@ namespace triad {
 
 // An estimate of the error of the mean of display pixel (x, y), with its sign, by red, green and blue: the difference
 // between the means of its samples' two halves, as Film::estimated_rmse() takes them, times the root of their shares.
-// Single cells have too few samples for halves. Infinite while a half is empty. Needs planes().error.
+// Single cells may have too few samples for halves. Infinite while a half is empty; 0 where there is nothing, as
+// Film::has_nothing() has it. Needs planes().error.
 std::array<double, 3> estimated_error(const Film& film, const Cells& cells, int x, int y);
-// Its root mean square over display pixels and channels.
-double estimated_rmse(const Film& film, const Cells& cells);
 
 // How much an eye sees of errors of pixels that are independent of each other, along a row.
 class NoiseSeen {

@@ -27,11 +27,10 @@ const StrategyInfo kInfo{
     "Points are drawn from boxes of the pixel (one of spp, by the elementary intervals of Sobol points, or the cells "
     "of "
     "jitter's grid), and the boxes are laid so that each cell has whole ones, as many as its neighbours or one more: "
-    "no "
-    "cell "
-    "is left to chance, and within cells nothing is biased. Cells without a sample, where there are more cells than "
+    "no cell is left to chance, and within cells nothing is biased. Cells without a sample, where there are more "
+    "cells than "
     "boxes or points are random, take the mean of the nearest that have some. With one cell a pixel it is plain "
-    "antialiasing.\n"
+    "antialiasing. An estimated error is that of the cells, and unknown until each has samples in both halves.\n"
     "With a threshold, pixels begin with least samples, and double them up to spp while the error that an eye would "
     "see "
     "of their noise, or of a neighbour's, is above it: the difference between the means of two halves of the "
@@ -117,7 +116,7 @@ class CellsStrategy final : public StrategyBase {
     };
     const auto go_on = [&](PassRecord& pass) {
       if (options.until_rmse <= 0) return true;
-      pass.rmse = estimated_rmse(taker.film(), cells);
+      pass.rmse = taker.film().estimated_rmse();
       taker.result().reached = pass.rmse <= options.until_rmse;
       return !taker.result().reached;
     };
@@ -126,8 +125,6 @@ class CellsStrategy final : public StrategyBase {
     } else {
       take_in_passes(taker, work, spp_, 1, go_on);
     }
-    PassRecord& last = taker.result().passes.back();
-    if (taker.film().planes().error && !taker.stopped()) last.rmse = estimated_rmse(taker.film(), cells);
     const bool all_have_samples = taker.samples() == samples && taker.result().dropped == 0 &&
                                   strata.columns >= static_cast<uint32_t>(cells.x) &&
                                   strata.rows >= static_cast<uint32_t>(cells.y);

@@ -23,6 +23,7 @@ constexpr struct {
                {"variance", &FilmPlanes::variance},   {"samples", &FilmPlanes::samples},
                {"reasons", &FilmPlanes::reasons}};
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr size_t kFewPixels = 256;  // the relative error of a mean of 3 x 256 squared normals is 5%
 
 typedef int32_t FourInts __attribute__((vector_size(16)));
@@ -111,7 +112,7 @@ template <bool kHalves>
 TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const SampleRequest> requests,
                                             std::span<const Sample> samples) {
   Colour& colour = colour_[pixel];
-  // A fourth lane of either is what follows in the record: it is stored, too, and then overwritten.
+  // A fourth lane of either is what follows in the record: it is stored, too, and then written anew.
   constexpr size_t kThree = 3 * sizeof(double);
   static_assert(offsetof(Colour, sum) == 0 && offsetof(Colour, compensation) == kThree &&
                 sizeof(Colour) >= kThree + 32);
@@ -144,11 +145,11 @@ TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const Sample
   }
   // What is not finite stays so in a sum. (A sum of huge ones may be sent away for nothing, to be added one by one.)
   if (!valid || !std::isfinite(sum[0] + sum[1] + sum[2])) return false;
-  const uint32_t count = colour.count + static_cast<uint32_t>(samples.size());
+  const uint32_t count = colour.count + static_cast<uint32_t>(samples.size()), left_out = colour.left_out;
   std::memcpy(record, &sum, sizeof(sum));
   std::memcpy(record + kThree, &compensation, sizeof(compensation));
   colour.count = count;
-  colour.unused = 0;
+  colour.left_out = left_out;
   if constexpr (kHalves) {
     for (int c = 0; c < 3; ++c) half_[pixel].sum[c] = half[c];
     half_[pixel].count += in_half;
@@ -186,7 +187,10 @@ std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span
 }
 
 bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
-  if (!sample.valid || !finite(sample.rgb)) return false;
+  if (!sample.valid || !finite(sample.rgb)) {
+    ++colour_[pixel].left_out;
+    return false;
+  }
   const bool first = colour_[pixel].count++ == 0;
   for (int c = 0; c < 3; ++c) colour_[pixel].add(static_cast<size_t>(c), sample.rgb[c]);
   if (planes_.error && sobol_half(index)) {
@@ -239,27 +243,36 @@ double Film::estimated_rmse() const {
   if (!planes_.error) throw_internal("a film without halves was asked for its error");
   const bool few = pixels() < kFewPixels;
   constexpr size_t kBlock = 8192;  // pixels; always the same, and so is the sum, for any number of threads
-  std::vector<NeumaierSum> sums((pixels() + kBlock - 1) / kBlock);
-  parallel_for(static_cast<int64_t>(sums.size()), [&](int64_t block) {
-    NeumaierSum& sum = sums[static_cast<size_t>(block)];
+  struct Part {
+    NeumaierSum sum;
+    size_t pixels = 0;
+  };
+  std::vector<Part> parts((pixels() + kBlock - 1) / kBlock);
+  parallel_for(static_cast<int64_t>(parts.size()), [&](int64_t block) {
+    Part& part = parts[static_cast<size_t>(block)];
     const size_t first = static_cast<size_t>(block) * kBlock;
     for (size_t p = first; p < std::min(first + kBlock, pixels()); ++p) {
+      if (has_nothing(p)) continue;
+      ++part.pixels;
       const double n = colour_[p].count, b = half_[p].count, a = n - b;
       if (a < 1 || b < 1) {
-        sum.add(std::numeric_limits<double>::infinity());
+        part.sum.add(kInfinity);
         return;
       }
       const std::array<double, 3> variance = few ? variance_of_mean(p) : std::array<double, 3>{};
       for (int c = 0; c < 3; ++c) {
         const double mean_b = half_[p].sum[c] / b,
                      mean_a = (colour_[p].value(static_cast<size_t>(c)) - half_[p].sum[c]) / a;
-        sum.add(few ? variance[c] : (mean_a - mean_b) * (mean_a - mean_b) * (a / n) * (b / n));
+        part.sum.add(few ? variance[c] : (mean_a - mean_b) * (mean_a - mean_b) * (a / n) * (b / n));
       }
     }
   });
-  NeumaierSum total;
-  for (const NeumaierSum& sum : sums) total.merge(sum);
-  return std::sqrt(total.value() / (3 * static_cast<double>(pixels())));
+  Part total;
+  for (const Part& part : parts) {
+    total.sum.merge(part.sum);
+    total.pixels += part.pixels;
+  }
+  return total.pixels > 0 ? std::sqrt(total.sum.value() / (3 * static_cast<double>(total.pixels))) : kInfinity;
 }
 
 Image Film::image() const {
@@ -277,7 +290,7 @@ Image Film::image() const {
   for (size_t p = 0; p < pixels(); ++p) {
     const double n = colour_[p].count, hits = hits_.empty() ? 0 : hits_[p];
     put3(mean(p), 1);
-    if (planes_.depth) put(hits > 0 ? depth_[p] / hits : std::numeric_limits<double>::infinity());
+    if (planes_.depth) put(hits > 0 ? depth_[p] / hits : kInfinity);
     if (planes_.position) put3(position_[p], hits);
     if (planes_.normal) put3(normal_[p], hits);
     if (planes_.albedo) put3(albedo_[p], n);

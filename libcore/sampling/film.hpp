@@ -61,6 +61,11 @@ class Film {
   std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples);
 
   uint32_t count(size_t pixel) const { return colour_[pixel].count; }
+  // How many of the pixel's samples add() left out.
+  uint32_t left_out(size_t pixel) const { return colour_[pixel].left_out; }
+  // Whether more samples will not help, as far as anybody can tell: there is none, and a few were left out.
+  bool has_nothing(size_t pixel) const { return count(pixel) == 0 && left_out(pixel) >= kFewForNothing; }
+  static constexpr uint32_t kFewForNothing = 4;  // one that is lost only in part has likely kept one by then
   // Of the colour; 0 without samples.
   std::array<double, 3> mean(size_t pixel) const;
   // The same of the samples for which sobol_half() is 1, and their number. Needs planes().error.
@@ -76,7 +81,9 @@ class Film {
   // distributed and the gain from stratification is seen; as the halves are a little better together than apart,
   // the estimate errs
   // on the large side. A picture of fewer than 256 pixels has too few such differences: it takes
-  // variance_of_mean(). Infinite until every pixel has both halves.
+  // variance_of_mean(). Pixels that has_nothing() is true of have no error, and are left out of
+  // the mean: a hole in a picture is not noise that more samples would take away. Infinite until every other pixel
+  // has both halves, and where there is no other.
   double estimated_rmse() const;
 
   // Colour as R, G, B, then the planes asked for: Z (mean over the samples that hit; infinite if none did), P.X
@@ -90,7 +97,7 @@ class Film {
   // Sums side by side, so that three channels and a lane that means nothing are one load and one store.
   struct Colour {
     std::array<double, 3> sum{}, compensation{};
-    uint32_t count = 0, unused = 0;
+    uint32_t count = 0, left_out = 0;
     double value(size_t c) const { return NeumaierSum{sum[c], compensation[c]}.value(); }
     void add(size_t c, double x) {
       NeumaierSum each{sum[c], compensation[c]};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <triad/base/parallel.hpp>
 #include <triad/sampling/pixel_batches.hpp>
 #include <triad/sampling/strategy_base.hpp>
 #include <triad/sampling/subpixels.hpp>
@@ -36,10 +37,12 @@ class PerSubpixel final : public StrategyBase {
     take_in_passes(taker, work, spp_, kSubpixels);
     auto& colour = taker.result().colour;
     colour.resize(taker.film().pixels());
-    for (int y = 0; y < source.height(); ++y)
+    parallel_for(source.height(), [&](int64_t y) {
+      const auto means = sums.means(static_cast<int>(y));
       for (int x = 0; x < source.width(); ++x)
-        for (int s = 0; s < kSubpixels; ++s)
-          colour[taker.film().pixel(x, y)][static_cast<size_t>(s)] = sums.mean(x, y, s)[static_cast<size_t>(s)];
+        for (size_t s = 0; s < kSubpixels; ++s)
+          colour[taker.film().pixel(x, static_cast<int>(y))][s] = means[static_cast<size_t>(x) * kSubpixels + s][s];
+    });
     return taker.finish();
   }
 

@@ -95,13 +95,14 @@ class RandomSubpixel final : public StrategyBase {
       const int y = static_cast<int>(y64);
       RowFilter<double>::Workspace workspace(filter);
       std::vector<double> wide;
+      const auto means = sums.means(y);
       wide.reserve(static_cast<size_t>(width) * kSubpixels * 3);
       for (int x = 0; x < width; ++x) {
         double asked = 0;
         for (int s = 0; s < kSubpixels; ++s) asked += sums.asked(x, y, s);
         for (int s = 0; s < kSubpixels; ++s) {
           const double weight = asked > 0 ? kSubpixels * sums.asked(x, y, s) / asked : 1;
-          for (const double light : sums.mean(x, y, s)) wide.push_back(weight * light);
+          for (const double light : means[static_cast<size_t>(x * kSubpixels + s)]) wide.push_back(weight * light);
         }
       }
       filter.apply(wide.data(), colour[static_cast<size_t>(y) * static_cast<size_t>(width)].data(), workspace);

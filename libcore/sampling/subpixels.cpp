@@ -22,16 +22,22 @@ void SubpixelSums::add(int x, int y, int subpixel, const Sample& sample) {
   for (size_t c = 0; c < 3; ++c) sum.rgb[c] += sample.rgb[c];
 }
 
-std::array<double, 3> SubpixelSums::mean(int x, int y, int subpixel) const {
-  const auto end = static_cast<int64_t>(width_) * kSubpixels, here = int64_t{x} * kSubpixels + subpixel;
-  const Sum* const cells = &sums_[row(y)];
-  const Sum* found = &cells[here];
-  for (int64_t away = 1; found->valid == 0 && away < end; ++away) {
-    if (here - away >= 0) found = &cells[here - away];
-    if (found->valid == 0 && here + away < end) found = &cells[here + away];
+std::vector<std::array<double, 3>> SubpixelSums::means(int y) const {
+  const size_t end = static_cast<size_t>(width_) * kSubpixels;
+  const std::span<const Sum> cells(&sums_[row(y)], end);
+  std::vector<std::array<double, 3>> means(end);
+  // `left` and `right` are the nearest subpixels with samples; end is none.
+  for (size_t i = 0, left = end, right = 0; i < end; ++i) {
+    if (cells[i].valid > 0) left = i;
+    right = std::max(right, i);
+    while (right < end && cells[right].valid == 0) ++right;
+    const bool to_the_left = left < end && (right == end || i - left <= right - i);
+    const size_t from = to_the_left ? left : right;
+    if (from == end) break;
+    const Sum& found = cells[from];
+    means[i] = {found.rgb[0] / found.valid, found.rgb[1] / found.valid, found.rgb[2] / found.valid};
   }
-  if (found->valid == 0) return {};
-  return {found->rgb[0] / found->valid, found->rgb[1] / found->valid, found->rgb[2] / found->valid};
+  return means;
 }
 
 }  // namespace triad

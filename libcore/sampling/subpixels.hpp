@@ -35,9 +35,9 @@ class SubpixelSums {
 
   // Samples that were asked for there, those that are not valid included.
   uint32_t asked(int x, int y, int subpixel) const { return at(x, y, subpixel).asked; }
-  // Of the valid samples. Without any, that of the nearest subpixels in the row that have some, the one to the left
-  // before the one to the right; 0 if there are none.
-  std::array<double, 3> mean(int x, int y, int subpixel) const;
+  // Of each subpixel of a row, from the left: the mean of the valid samples. Without any, that of the nearest
+  // subpixel in the row that has some, the one to the left before the one to the right; 0 if there is none.
+  std::vector<std::array<double, 3>> means(int y) const;
 
  private:
   void add(int x, int y, int subpixel, const Sample& sample);

@@ -20,11 +20,9 @@ const StrategyInfo kInfo{
     "The points of sobol-owen: least in each pixel, then batch more (0: as many again) wherever the pixel or one of "
     "its eight neighbours is unsure, up to spp. A pixel is unsure unless |I - A| / (1e-4 + I^power) is below the "
     "threshold, with I its mean and A the mean of half of its samples, summed over red, green and blue. A power of "
-    ".5 "
-    "is what Cycles does, and about what eyes see; 0 asks for the same error in dark and in light, and so for the "
-    "least rmse. For edges "
-    "and "
-    "shadows in quiet surroundings. What all the first samples miss stays missed, and as a pixel that has met "
+    ".5 is what Cycles does, and about what eyes see; 0 asks for the same error in dark and in light, and so for the "
+    "least rmse. For edges and shadows in quiet surroundings. A pixel none of whose samples can be used stops at "
+    "least. What all the first samples miss stays missed, and as a pixel that has met "
     "something bright goes on while one that has not stops, means err on the dark side by a little: more of it for a "
     "larger threshold and a smaller least.",
     {{"threshold", "difference at which a pixel goes on; 0: spp everywhere", 0, kInfinity, .01, true},
@@ -71,8 +69,10 @@ class Unsure {
 
  private:
   // Dammertz, Hanika, Keller, Lensch: A hierarchical automatic stopping condition for Monte Carlo global illumination
-  // (WSCG 2010), section 2.1, as Cycles has it. Infinite until both halves have samples.
+  // (WSCG 2010), section 2.1, as Cycles has it. Infinite until both halves have samples, but nothing where none can
+  // be used: more of them would be lost, too.
   double difference(size_t pixel) const {
+    if (film_.has_nothing(pixel)) return -1;
     const uint32_t half = film_.half_count(pixel);
     if (half == 0 || half == film_.count(pixel)) return kInfinity;
     const std::array<double, 3> all = film_.mean(pixel), part = film_.half_mean(pixel);

@@ -59,12 +59,14 @@ TEST_F(RenderChain, RefusesBeforeAnythingIsDrawn) {
   refuse({"--chain", "  "}, {"--chain", "platt:ppd=40"});
   refuse({"--chain", "plat"}, {"plat", "platt"});
   refuse({"--chain", "platt:pdd=40"}, {"pdd", "ppd"});
-  refuse({"--chain", "display"}, {"display", "metric"});
+  refuse({"--chain", "display"}, {"--chain", "'display'", "metric", "triad compare"});
   refuse({"--chain", "platt"}, {"platt", "wide"}, "");
   refuse({"--chain", "platt:layout=vrgb"}, {"vrgb", "1x3"});
   refuse({"--chain", "platt", "--aov", "depth"}, {"--aov", "--chain"});
   save_text(path("judge.toml"), "[[metric]]\nname = \"display\"\n");
   refuse({"--chain", "judge.toml"}, {"judge.toml", "display"});
+  save_text(path("chain.toml"), "[[stage]]\nname = \"platt\"\n");
+  refuse({"--chain", "chain.toml", "--json", "chain.toml"}, {"--json", "'chain.toml'", "another file"});
 }
 
 TEST_F(RenderChain, InterruptedItLeavesNothing) {

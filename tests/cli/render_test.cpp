@@ -345,6 +345,29 @@ TEST_F(Render, RefusesInOneLine) {
   expect_refusal({"render", "none.gltf", "-o", "a.exr", "--size", "2000000x2000000"}, {"GB"});
 }
 
+TEST_F(Render, ItsRecordDestroysNothing) {
+  const auto refuse = [&](const std::string& json, const std::vector<std::string>& words) {
+    expect_refusal({"render", "half.gltf", "-o", "a.exr", "--size", "9x9", "--json", json}, words);
+  };
+  refuse("a.exr", {"--json", "'a.exr'", "another file"});
+  refuse("./a.exr", {"--json", "another file"});
+  refuse("half.gltf", {"--json", "'half.gltf'", "another file"});
+  // Not after hours: the scene is not even looked for.
+  expect_refusal({"render", "none.gltf", "-o", "a.exr", "--size", "9x9", "--json", "no/a.json"}, {"no/a.json"});
+}
+
+TEST_F(Render, RefusesSizesThatTheFormatCannotHold) {
+  expect_refusal({"render", "half.gltf", "-o", "a.jpg", "--size", "70000x1"}, {"a.jpg", "65500", "70000x1"});
+  // It is what comes out of the chain that counts, and that is named.
+  const Outcome boxed = expect_success({"render", "half.gltf", "-o", "a.jpg", "--size", "30000x1", "--cells", "3x1",
+                                        "--spp", "1", "--chain", "box:x=3"});
+  EXPECT_NE(boxed.out.find("a.jpg: 30000x1,"), std::string::npos) << boxed.out;
+  EXPECT_EQ(load(path("a.jpg")).width, 30000);
+  std::filesystem::remove(path("a.jpg"));
+  expect_refusal({"render", "half.gltf", "-o", "a.jpg", "--size", "30000x1", "--chain", "panel:layout=rgb,scale=3"},
+                 {"a.jpg", "65500"});
+}
+
 TEST_F(Render, ExtremeShapesWork) {
   expect_success({"render", "half.gltf", "-o", "a.exr", "--size", "1x1", "--spp", "1"});
   expect_success({"render", "half.gltf", "-o", "a.exr", "--size", "100000x1", "--spp", "1"});

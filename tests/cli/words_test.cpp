@@ -49,7 +49,8 @@ TEST_F(Words, ExplainsParameters) {
   expect_words({"help", "eye"}, {"layout", "ppd", "grid", "pixels", "cells", "space", "neutral"});
   expect_words({"help", "dither"}, {"none", "ordered", "perceptual", "bits", "srgb", "passes"});
   expect_words({"help", "error"}, {"bias", "mae", "mse", "rmse", "max", "psnr"});
-  expect_refusal({"help", "plat"}, {"plat", "platt"});
+  expect_refusal({"help", "plat"}, {"'plat'", "'platt'"});
+  expect_refusal({"help", "sobol"}, {"'sobol'", "crop", "sobol-owen", "zone-plate"});
 }
 
 TEST_F(Words, ExplainsItself) {

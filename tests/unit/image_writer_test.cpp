@@ -67,6 +67,22 @@ std::string error_of(const std::function<void()>& action) {
 
 }  // namespace
 
+TEST(ImageWriter, RefusesSidesThatTheFormatCannotHold) {
+  const Folder folder;
+  for (const auto& [name, most] :
+       {std::pair{"a.jpg", 65500}, {"a.jpeg", 65500}, {"a.tga", 65535}, {"a.png", 1000000}})
+    for (const bool tall : {false, true}) {
+      const auto side = [&, most = most](int px) { return tall ? picture(1, px) : picture(px, 1); };
+      EXPECT_THAT(
+          error_of([&, name = name, most = most] { triad::write_image(folder / name, side(most + 1)); }),
+          AllOf(HasSubstr(name), HasSubstr("at most " + std::to_string(most)), HasSubstr(std::to_string(most + 1))));
+      EXPECT_EQ(folder.file_count(), 0u) << name;
+      triad::write_image(folder / name, side(most));
+      EXPECT_EQ(stored<uint8_t>(folder / name, TypeDesc::UINT8).size(), 3u * static_cast<unsigned>(most));
+      std::filesystem::remove(folder / name);
+    }
+}
+
 TEST(ImageWriter, RoundsHalfUpAndClamps) {
   const Folder folder;
   Image image = picture(12, 1, {"Y"});

@@ -262,6 +262,38 @@ TEST(Strategy, AFixedPatternHasNoErrorToStopAt) {
   EXPECT_THROW(render("control", RampSource(4, 4, kWhite, kBlack, kBlack), options), Error);
 }
 
+TEST(Film, HolesAreNoErrorThatSamplesWouldTakeAway) {
+  // A hole of 3 x 2 pixels in noise: the error is that of the others, and it is reached.
+  const auto lost = [](const SampleRequest& r) {
+    return r.pixel_x >= 5 && r.pixel_x < 8 && (r.pixel_y == 4 || r.pixel_y == 5);
+  };
+  const auto noisy = test::noise(40, 30, .5, 1);
+  const FunctionSource holes(40, 30, [&](const SampleRequest& r) {
+    Sample sample;
+    noisy.eval({&r, 1}, {&sample, 1});
+    if (lost(r)) sample.rgb[1] = NAN;
+    return sample;
+  });
+  RenderOptions options;
+  options.planes.error = true;
+  const double expected = std::sqrt(1. / 12 / 64);  // known to 1.2% of 3 x 1194 values
+  EXPECT_NEAR(render("sobol-owen:spp=64", holes, options).passes.back().rmse, expected, .05 * expected);
+  options.planes.variance = true;  // the other way in which films add samples
+  EXPECT_NEAR(render("sobol-owen:spp=64", holes, options).passes.back().rmse, expected, .05 * expected);
+  options.planes.variance = false;
+  options.until_rmse = 1.05 * expected;
+  for (const char* text : {"sobol-owen:spp=4096", "cells:spp=4096", "variance:threshold=0,spp=4096"}) {
+    const RenderResult until = render(text, holes, options);
+    EXPECT_TRUE(until.reached) << text;
+    EXPECT_LE(until.samples, 128u * 40 * 30) << text;
+    EXPECT_TRUE(until.film.has_nothing(until.film.pixel(6, 5))) << text;
+  }
+  // Three that were lost say little, and of nothing at all there is no error to know.
+  EXPECT_TRUE(std::isinf(render("sobol-owen:spp=3", holes, options).film.estimated_rmse()));
+  const FunctionSource nothing(40, 30, [](const SampleRequest&) { return grey(NAN); });
+  EXPECT_TRUE(std::isinf(render("sobol-owen:spp=64", nothing, options).film.estimated_rmse()));
+}
+
 TEST(Film, PlanesAreMeansOverHitsAndFirstIds) {
   FilmPlanes planes = all_planes();
   Film film(2, 1, planes);

@@ -264,6 +264,30 @@ TEST(SubpixelStrategies, InvalidSamplesPoisonNobody) {
   }
 }
 
+TEST(SubpixelStrategies, LostSubpixelsTakeTheNearestOfTheirRow) {
+  constexpr int kWidth = 40, kHeight = 12, kEnd = 3 * kWidth;
+  // Fewer and fewer are left from row to row.
+  const auto lost = [](int cell, int y) {
+    return SampleRandom(cell, y, 0, 3).uniform(8) < static_cast<float>(y) / 11;
+  };
+  const FunctionSource source(kWidth, kHeight, [&](const SampleRequest& r) {
+    Sample sample = patchwork(r);
+    sample.valid = !lost(3 * r.pixel_x + subpixel_at(r.x), r.pixel_y);
+    return sample;
+  });
+  const RenderResult result = render("per-subpixel", source);
+  for (int y = 0; y < kHeight; ++y)
+    for (int cell = 0; cell < kEnd; ++cell) {
+      int nearest = -1;
+      for (int away = 0; away < kEnd && nearest < 0; ++away)
+        for (const int each : {cell - away, cell + away})
+          if (nearest < 0 && each >= 0 && each < kEnd && !lost(each, y)) nearest = each;
+      const auto c = static_cast<size_t>(cell % 3);
+      const double expected = nearest < 0 ? 0 : colour_of(nearest / 3, y, nearest % 3)[c];
+      ASSERT_EQ(result.colour[result.film.pixel(cell / 3, y)][c], expected) << cell << "," << y;
+    }
+}
+
 TEST(SubpixelStrategies, SameBitsForAnyThreadsAndTiles) {
   const FunctionSource source(37, 21, [](const SampleRequest& r) {
     const SampleRandom random(r.pixel_x, r.pixel_y, r.index, r.seed);
