@@ -62,7 +62,9 @@ const StudyReference& StudyReferences::get(const SourceRequest& wanted, const So
   // The facts are written last: where they are, the picture is whole.
   const Json kept =
       !folder_.empty() && fs::exists(facts, error) ? Json::parse(read_text_file(facts), nullptr, false) : Json();
-  if (kept.is_object() && kept.value("reference", "") == key && kept.contains("rmse") && fs::exists(picture, error)) {
+  // Damaged, they count as not there.
+  if (kept.is_object() && kept.value("reference", Json()) == key && kept.value("rmse", Json()).is_number() &&
+      fs::exists(picture, error)) {
     reference = load(picture, wanted, where);
     reference.rmse = kept["rmse"].get<double>();
   } else if (is_file(text)) {
@@ -78,17 +80,23 @@ const StudyReference& StudyReferences::get(const SourceRequest& wanted, const So
   return known_[key] = reference;
 }
 
+void StudyReferences::check_file(const std::string& path, const SourceRequest& wanted,
+                                 const std::string& where) const {
+  const ImageSpec spec = open_file_source(path, {}, colours_)->spec();
+  const PictureSize film = film_size(wanted.picture, wanted.cells);
+  if (spec.width != film.width || spec.height != film.height)
+    throw_input(fmt::format("{}: the reference '{}' has {}x{} pixels, and {}x{} are needed for {}x{} cells a pixel",
+                            where, path, spec.width, spec.height, film.width, film.height, wanted.cells.x,
+                            wanted.cells.y));
+  if (spec.colour_channels != 3)
+    throw_input(fmt::format("{}: the reference '{}' has no three channels of colour", where, path));
+}
+
 StudyReference StudyReferences::load(const std::string& path, const SourceRequest& wanted,
                                      const std::string& where) const {
+  check_file(path, wanted, where);
   const auto file = open_file_source(path, {}, colours_);
   Image image{file->spec(), {}};
-  const PictureSize film = film_size(wanted.picture, wanted.cells);
-  if (image.spec.width != film.width || image.spec.height != film.height)
-    throw_input(fmt::format("{}: the reference '{}' has {}x{} pixels, and {}x{} are needed for {}x{} cells a pixel",
-                            where, path, image.spec.width, image.spec.height, film.width, film.height, wanted.cells.x,
-                            wanted.cells.y));
-  if (image.spec.colour_channels != 3)
-    throw_input(fmt::format("{}: the reference '{}' has no three channels of colour", where, path));
   image.pixels.resize(image.row_floats() * static_cast<size_t>(image.spec.height));
   file->read_rows({0, image.spec.height}, image.pixels.data(), image.row_floats());
   image = colour_only(image);

@@ -27,6 +27,8 @@ class StudyReferences {
   // ends it with Error(kCancelled).
   const StudyReference& get(const SourceRequest& wanted, const Source& source, const std::string& text, uint64_t seed,
                             const std::string& where);
+  // Throws what get() would throw of a file, by its header.
+  void check_file(const std::string& path, const SourceRequest& wanted, const std::string& where) const;
   // The means of the pixels' cells.
   const StudyReference& averaged(const StudyReference& wide);
 
