@@ -55,6 +55,8 @@ const StudyReference& StudyReferences::get(const SourceRequest& wanted, const So
                           (seed == kTruthSeed || is_file(text) ? "" : " seed " + std::to_string(seed));
   const auto known = known_.find(key);
   if (known != known_.end()) return known->second;
+  const bool is_seeded = seed != kTruthSeed && !is_file(text);
+  if (is_seeded) drop_oldest(wanted);
   const fs::path base = fs::path(folder_) / file_name(key);
   const std::string picture = base.string() + ".exr", facts = base.string() + ".json";
   std::error_code error;
@@ -77,7 +79,25 @@ const StudyReference& StudyReferences::get(const SourceRequest& wanted, const So
     }
   }
   reference.picture.name = key;
+  if (is_seeded) seeded_.push_back(key);
   return known_[key] = reference;
+}
+
+// A study goes from seed to seed and does not come back, as scores are kept: those of earlier seeds are the oldest.
+void StudyReferences::drop_oldest(const SourceRequest& wanted) {
+  constexpr double kMostBytes = 512e6;  // 27 pictures of 1920x1080 with three floats, 9 of 3x1 cells
+  const auto bytes_of = [](const PictureSize& film) { return 12. * film.width * film.height; };
+  double bytes = bytes_of(film_size(wanted.picture, wanted.cells));
+  for (const std::string& key : seeded_) {
+    const ImageSpec& spec = known_.at(key).picture.image->spec;
+    bytes += bytes_of({spec.width, spec.height});
+  }
+  while (bytes > kMostBytes && !seeded_.empty()) {
+    const ImageSpec& spec = known_.at(seeded_.front()).picture.image->spec;
+    bytes -= bytes_of({spec.width, spec.height});
+    known_.erase(seeded_.front());
+    seeded_.pop_front();
+  }
 }
 
 void StudyReferences::check_file(const std::string& path, const SourceRequest& wanted,

@@ -8,7 +8,6 @@
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
 #include <triad/display/layout.hpp>
-#include <triad/sampling/functions.hpp>
 
 #include "study_references.hpp"
 
@@ -17,6 +16,29 @@ namespace {
 
 const std::vector<std::string> kSettings{"source", "size",    "strategy", "cells",     "filter", "layout", "ppd",
                                          "camera", "effects", "bounces",  "reference", "second", "metric", "seed"};
+
+// Nothing to see, and able to do everything: has a strategy say whether it goes with cells, at no cost.
+class OnePixel final : public Source {
+ public:
+  explicit OnePixel(const Cells& cells) : cells_(cells) {}
+  int width() const override { return cells_.x; }
+  int height() const override { return cells_.y; }
+  SourceAbilities abilities() const override {
+    return {.geometry = true, .exact_integral = true, .deterministic = true};
+  }
+  void eval(std::span<const SampleRequest>, std::span<Sample> samples) const override {
+    std::fill(samples.begin(), samples.end(), Sample{});
+  }
+  std::optional<std::array<double, 3>> integral(double, double, double, double) const override {
+    return std::array<double, 3>{};
+  }
+  std::optional<std::array<double, 3>> filtered(double, double, const SeparableFilter&) const override {
+    return std::array<double, 3>{};
+  }
+
+ private:
+  Cells cells_;
+};
 
 // Sources and references are made once and not timed; what comes out is judged once for each seed.
 class StrategyWork final : public StudyWork {
@@ -141,11 +163,10 @@ class StrategyWork final : public StudyWork {
     if (strategy.info().name == "exact" && !job.source->abilities().exact_integral)
       throw_input(where + ": '" + job.wanted.name +
                   "' has no exact integral; take samples in its place, as sobol-owen:spp=1024 does");
-    // Any picture has it said: of one pixel, and ended before its first sample.
     RenderOptions options;
     options.cells = cells;
     options.stop = [] { return true; };
-    strategy.render(*make_function("flat", 1, 1, cells, where), options);
+    strategy.render(OnePixel(cells), options);
   }
 
   // The filter's plan, what comes out of it, and whether the metrics can judge that: by headers, without pixels.
