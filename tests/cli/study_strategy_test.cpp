@@ -174,7 +174,7 @@ TEST_F(StrategyStudy, NoticesFilesThatHaveChanged) {
   expect_success({"render", "strokes", "-o", "exact-one.exr", "--size", "16x8", "--strategy", "grid:n=8"});
   expect_success({"study", "plan.toml", "-o", "out"});
   expect_success({"study", "plan.toml", "-o", "out"});
-  for (const std::string& file : {"source.exr", "exact-one.exr"}) {
+  for (const std::string file : {"source.exr", "exact-one.exr"}) {
     const std::string before = load_text(path(file));
     const int width = load(path(file)).width;
     expect_success({"render", "strokes", "-o", file, "--size",
@@ -189,7 +189,7 @@ TEST_F(StrategyStudy, DestroysNothingWithItsResults) {
   save_text(path("plan.toml"), kPicturePlan);
   expect_success({"render", "strokes", "-o", "source.exr", "--size", "32x16"});
   expect_success({"render", "strokes", "-o", "exact-one.exr", "--size", "16x8"});
-  for (const std::string& file : {"plan.toml", "./source.exr", "exact-one.exr", "out/plan.json", "out/table.txt"}) {
+  for (const std::string file : {"plan.toml", "./source.exr", "exact-one.exr", "out/plan.json", "out/table.txt"}) {
     if (file.starts_with("out")) expect_success({"study", "plan.toml", "-o", "out"});
     expect_refusal({"study", "plan.toml", "-o", "out", "--json", file}, {"--json", file, "overwrite"});
   }
@@ -249,7 +249,8 @@ TEST_F(StrategyStudy, RefusesWhatCannotBeRun) {
   refuse(good + "cells = '3'\n", "grid", {"cells", "'3'"});
   refuse(good + "filter = 'plat'\n", "grid", {"plat"});
   refuse(good + "filter = 'write:x.exr'\n", "grid", {"plan.toml", "writes"});
-  refuse(good + "bounces = -1\n", "grid", {"plan.toml", "bounces", "1000"});
+  refuse("source = 'cornell'\nsize = '16x8'\nreference = 'grid'\nbounces = -1\n", "grid",
+         {"plan.toml", "bounces", "1000"});
   refuse(good + "seed = 1\n", "grid", {"--seeds", "seed"}, {"--seeds", "2"});
   refuse(good + "effects = 'none'\n", "grid", {"plan.toml", "'effects'", "scenes"});
   refuse(good + "metric = 'errror'\n", "grid", {"plan.toml", "errror"});
