@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // triad study PLAN
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <triad/base/error.hpp>
@@ -8,6 +9,7 @@
 #include <triad/evaluation/study_folder.hpp>
 
 #include "options.hpp"
+#include "study_files.hpp"
 #include "study_work.hpp"
 #include "verbs.hpp"
 
@@ -30,22 +32,33 @@ void study(const StudyOptions& options) {
   }
   if (!options.json.empty()) check_text_file(options.json);
   const auto work = make_study_work(plan, options.folder.empty() ? "" : StudyFolder::references(options.folder));
-  const std::vector<StudySettings> settings = work->expand(study_settings(plan));
-  for (const StudySettings& one : settings) work->check(whole_settings(plan, one));
+  const std::vector<StudySettings> settings = naming_plan(plan, [&] { return work->expand(study_settings(plan)); });
+  std::vector<StudySettings> wholes;
+  for (const StudySettings& one : settings) wholes.push_back(whole_settings(plan, one));
+  for (const StudySettings& whole : wholes) naming_plan(plan, [&] { work->check(whole); });
+  const StudyFiles files = naming_plan(plan, [&] { return study_files(plan, wholes); });
+  check_json_path(options.json, plan, files, options.folder);
 
   std::optional<StudyFolder> folder;
   if (!options.folder.empty())
     folder.emplace(options.folder, plan, settings,
-                   StudySettings{{"version", TRIAD_VERSION}, {"threads", std::to_string(thread_limit())}});
+                   StudySettings{{"version", TRIAD_VERSION}, {"threads", std::to_string(thread_limit())}},
+                   file_contents(files));
   Progress progress("study " + plan.name);
   StudyRunner runner;
   runner.work = [&](const StudySettings& whole, const StudyTurn& turn) {
-    return work->run(whole, folder && turn.turn == 0 ? folder->picture(turn.setting) : "");
+    return naming_plan(
+        plan, [&] { return work->run(whole, folder && turn.turn == 0 ? folder->picture(turn.setting) : ""); });
   };
   runner.warm_up = !work->is_warm();
   runner.progress = [&](double done) { progress.update(done); };
   if (folder) {
-    runner.known = [&](const StudyTurn& turn) { return folder->find(turn); };
+    // A run whose picture was removed is made again, picture and all.
+    runner.known = [&](const StudyTurn& turn) {
+      const bool is_whole =
+          !work->makes_pictures() || turn.turn > 0 || std::filesystem::exists(folder->picture(turn.setting));
+      return is_whole ? folder->find(turn) : std::nullopt;
+    };
     runner.keep = [&](const StudyTurn& turn, const Measurements& measured) { folder->keep(turn, measured); };
   }
   const auto records = run_study(plan, settings, runner);

@@ -21,6 +21,7 @@ class FilterWork final : public StudyWork {
     check_settings(plan,
                    {"picture", "size", "spp", "strategy", "seed", "camera", "layout", "ppd", "filter", "metric"},
                    "a filter study", {"filter", "metric"});
+    naming_plan(plan, [&] { require_scene(plan, "picture"); });
   }
 
   Measurements run(const StudySettings& settings, const std::string&) override {

@@ -55,6 +55,8 @@ const StudyReference& StudyReferences::get(const SourceRequest& wanted, const So
                           (seed == kTruthSeed || is_file(text) ? "" : " seed " + std::to_string(seed));
   const auto known = known_.find(key);
   if (known != known_.end()) return known->second;
+  const bool is_seeded = seed != kTruthSeed && !is_file(text);
+  if (is_seeded) drop_oldest(wanted);
   const fs::path base = fs::path(folder_) / file_name(key);
   const std::string picture = base.string() + ".exr", facts = base.string() + ".json";
   std::error_code error;
@@ -62,7 +64,9 @@ const StudyReference& StudyReferences::get(const SourceRequest& wanted, const So
   // The facts are written last: where they are, the picture is whole.
   const Json kept =
       !folder_.empty() && fs::exists(facts, error) ? Json::parse(read_text_file(facts), nullptr, false) : Json();
-  if (kept.is_object() && kept.value("reference", "") == key && kept.contains("rmse") && fs::exists(picture, error)) {
+  // Damaged, they count as not there.
+  if (kept.is_object() && kept.value("reference", Json()) == key && kept.value("rmse", Json()).is_number() &&
+      fs::exists(picture, error)) {
     reference = load(picture, wanted, where);
     reference.rmse = kept["rmse"].get<double>();
   } else if (is_file(text)) {
@@ -75,20 +79,44 @@ const StudyReference& StudyReferences::get(const SourceRequest& wanted, const So
     }
   }
   reference.picture.name = key;
+  if (is_seeded) seeded_.push_back(key);
   return known_[key] = reference;
+}
+
+// A study goes from seed to seed and does not come back, as scores are kept: those of earlier seeds are the oldest.
+void StudyReferences::drop_oldest(const SourceRequest& wanted) {
+  constexpr double kMostBytes = 512e6;  // 27 pictures of 1920x1080 with three floats, 9 of 3x1 cells
+  const auto bytes_of = [](const PictureSize& film) { return 12. * film.width * film.height; };
+  double bytes = bytes_of(film_size(wanted.picture, wanted.cells));
+  for (const std::string& key : seeded_) {
+    const ImageSpec& spec = known_.at(key).picture.image->spec;
+    bytes += bytes_of({spec.width, spec.height});
+  }
+  while (bytes > kMostBytes && !seeded_.empty()) {
+    const ImageSpec& spec = known_.at(seeded_.front()).picture.image->spec;
+    bytes -= bytes_of({spec.width, spec.height});
+    known_.erase(seeded_.front());
+    seeded_.pop_front();
+  }
+}
+
+void StudyReferences::check_file(const std::string& path, const SourceRequest& wanted,
+                                 const std::string& where) const {
+  const ImageSpec spec = open_file_source(path, {}, colours_)->spec();
+  const PictureSize film = film_size(wanted.picture, wanted.cells);
+  if (spec.width != film.width || spec.height != film.height)
+    throw_input(fmt::format("{}: the reference '{}' has {}x{} pixels, and {}x{} are needed for {}x{} cells a pixel",
+                            where, path, spec.width, spec.height, film.width, film.height, wanted.cells.x,
+                            wanted.cells.y));
+  if (spec.colour_channels != 3)
+    throw_input(fmt::format("{}: the reference '{}' has no three channels of colour", where, path));
 }
 
 StudyReference StudyReferences::load(const std::string& path, const SourceRequest& wanted,
                                      const std::string& where) const {
+  check_file(path, wanted, where);
   const auto file = open_file_source(path, {}, colours_);
   Image image{file->spec(), {}};
-  const PictureSize film = film_size(wanted.picture, wanted.cells);
-  if (image.spec.width != film.width || image.spec.height != film.height)
-    throw_input(fmt::format("{}: the reference '{}' has {}x{} pixels, and {}x{} are needed for {}x{} cells a pixel",
-                            where, path, image.spec.width, image.spec.height, film.width, film.height, wanted.cells.x,
-                            wanted.cells.y));
-  if (image.spec.colour_channels != 3)
-    throw_input(fmt::format("{}: the reference '{}' has no three channels of colour", where, path));
   image.pixels.resize(image.row_floats() * static_cast<size_t>(image.spec.height));
   file->read_rows({0, image.spec.height}, image.pixels.data(), image.row_floats());
   image = colour_only(image);

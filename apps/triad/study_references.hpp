@@ -2,6 +2,7 @@
 // What studies of strategies judge by, drawn once and kept.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <triad/colour/colour.hpp>
 
@@ -25,8 +26,12 @@ class StudyReferences {
   // The picture of `source`, which was made as `wanted` says. `text`: a strategy, or a picture's file. Throws
   // Error(kInput), `where` first: a file that is not there or of another size; and what the strategy throws. Ctrl-C
   // ends it with Error(kCancelled).
+  // What it returns lasts until the next call, truths for good: of the references with other seeds only the last few
+  // hundred megabytes are kept in memory.
   const StudyReference& get(const SourceRequest& wanted, const Source& source, const std::string& text, uint64_t seed,
                             const std::string& where);
+  // Throws what get() would throw of a file, by its header.
+  void check_file(const std::string& path, const SourceRequest& wanted, const std::string& where) const;
   // The means of the pixels' cells.
   const StudyReference& averaged(const StudyReference& wide);
 
@@ -34,6 +39,7 @@ class StudyReferences {
   static bool is_file(const std::string& text);
 
  private:
+  void drop_oldest(const SourceRequest& wanted);
   StudyReference load(const std::string& path, const SourceRequest& wanted, const std::string& where) const;
   StudyReference draw(const SourceRequest& wanted, const Source& source, const std::string& text, uint64_t seed,
                       const std::string& where) const;
@@ -41,6 +47,7 @@ class StudyReferences {
   const std::string folder_;
   const ColourConfig& colours_;
   std::map<std::string, StudyReference> known_;
+  std::deque<std::string> seeded_;  // the keys of those with other seeds than a truth's, the oldest first
 };
 
 // A picture's first three channels.

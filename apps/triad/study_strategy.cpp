@@ -8,7 +8,6 @@
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
 #include <triad/display/layout.hpp>
-#include <triad/pipeline/picture_source.hpp>
 
 #include "study_references.hpp"
 
@@ -18,17 +17,42 @@ namespace {
 const std::vector<std::string> kSettings{"source", "size",    "strategy", "cells",     "filter", "layout", "ppd",
                                          "camera", "effects", "bounces",  "reference", "second", "metric", "seed"};
 
+// Nothing to see, and able to do everything: has a strategy say whether it goes with cells, at no cost.
+class OnePixel final : public Source {
+ public:
+  explicit OnePixel(const Cells& cells) : cells_(cells) {}
+  int width() const override { return cells_.x; }
+  int height() const override { return cells_.y; }
+  SourceAbilities abilities() const override {
+    return {.geometry = true, .exact_integral = true, .deterministic = true};
+  }
+  void eval(std::span<const SampleRequest>, std::span<Sample> samples) const override {
+    std::fill(samples.begin(), samples.end(), Sample{});
+  }
+  std::optional<std::array<double, 3>> integral(double, double, double, double) const override {
+    return std::array<double, 3>{};
+  }
+  std::optional<std::array<double, 3>> filtered(double, double, const SeparableFilter&) const override {
+    return std::array<double, 3>{};
+  }
+
+ private:
+  Cells cells_;
+};
+
 // Sources and references are made once and not timed; what comes out is judged once for each seed.
 class StrategyWork final : public StudyWork {
  public:
   StrategyWork(const StudyPlan& plan, const std::string& references)
       : plan_(plan), colours_(ColourConfig::load()), references_(references, colours_) {
     check_settings(plan, kSettings, "a study of strategies", {"strategy", "filter", "metric", "reference", "second"});
+    naming_plan(plan, [&] { require_scene(plan, "source"); });
   }
 
   void check(const StudySettings& settings) override { find_job(settings); }
 
   bool is_warm() const override { return true; }
+  bool makes_pictures() const override { return true; }
 
   Measurements run(const StudySettings& settings, const std::string& picture) override {
     Job& job = find_job(settings);
@@ -50,15 +74,15 @@ class StrategyWork final : public StudyWork {
     bool wide = false;  // judges by the cells of a panel's pixels
   };
   struct Job {
-    SourceRequest wanted;
+    SourceRequest wanted, wide;                     // wide: the film with a panel's cells, if a metric wants it
     std::string layout, filter, reference, second;  // "": none
+    Facts facts;                                    // what a filter may ask of the render
     std::unique_ptr<Strategy> strategy;
     std::vector<ChainItem> stages;
     std::vector<Metric> metrics;
     const Source* source = nullptr;
-    bool reference_geometry = false, second_geometry = false;  // whether what draws them looks at it
+    bool second_geometry = false;  // whether what draws it looks at it
     // Once it is ready.
-    SourceRequest wide;  // the film with a panel's cells, if a metric wants it
     std::vector<Judge> truth;
     double reference_error = 0;
     std::map<uint64_t, Measurements> scores{};  // by seed
@@ -74,43 +98,111 @@ class StrategyWork final : public StudyWork {
     return known == jobs_.end() ? jobs_.emplace(key, prepare(settings)).first->second : known->second;
   }
 
-  // All that can be wrong is looked at here, before anything is drawn.
+  // Names, parameters, files, what goes with what, sizes and the plan of the chain are looked at here, before
+  // anything is drawn. What comes out only then: a reconstruction filter that a source has no closed form for, values
+  // that are not finite, memory.
   Job prepare(const StudySettings& settings) {
     const SettingValues values(plan_.file, settings);
     Job job;
     values.seed();
     job.wanted = study_source(values, "source");
     job.layout = values.text_or("layout", "");
-    const auto filled = [&, known = job.layout.empty() ? std::map<std::string, std::string>{}
-                                                       : layout_values(job.layout)](const std::string& text) {
+    const auto filled = [&, known = values.layout_cells()](const std::string& text) {
       return values.filled(text, known);
     };
     const std::string cells = values.text_or("cells", "");
-    if (!cells.empty()) job.wanted.cells = parse_cells_or_layout(cells, values.where() + ": cells").cells;
+    if (!cells.empty()) {
+      const CellsOfLayout chosen = parse_cells_or_layout(cells, values.where() + ": cells");
+      job.wanted.cells = chosen.cells;
+      if (!chosen.layout.empty()) job.facts = {{"layout", chosen.layout}};
+    }
     job.strategy = make_strategy(filled(values.text("strategy")), values.where());
     job.wanted.geometry = job.strategy->uses_geometry();
     job.filter = filled(values.text_or("filter", ""));
     if (!job.filter.empty()) job.stages = study_stages(job.filter, values.where());
-    for (const ChainItem& stage : job.stages) StageInstance(host_.find(stage.id), stage.params);
     read_metrics(values, filled(values.text_or("metric", "error")), job);
     job.reference = filled(values.text("reference"));
     job.second = filled(values.text_or("second", "control"));
     if (job.second == "none") job.second.clear();
-    job.reference_geometry = check_reference(job.reference, values.where());
-    job.second_geometry = check_reference(job.second, values.where());
+
+    job.wide = job.wanted;
+    job.wide.cells = {};
+    if (std::any_of(job.metrics.begin(), job.metrics.end(), [](const auto& m) { return m.wide; })) {
+      const Layout panel = load_layout(job.layout);
+      job.wide.cells = {panel.cells_x, panel.cells_y};
+    }
     job.source = &find_source(job.wanted);
-    if (job.reference.starts_with("exact") && !job.source->abilities().exact_integral)
-      throw_input(values.where() + ": '" + job.wanted.name +
-                  "' has no exact integral; let the reference be a strategy, as in sobol-owen:spp=1024");
+    check_draws(*job.strategy, job, job.wanted.cells);
+    job.wide.geometry = check_reference(job.reference, job, job.wide.cells);
+    if (!job.second.empty()) {
+      job.second_geometry = check_reference(job.second, job, {});
+      check_reference(job.second, job, job.wide.cells);
+    }
     require_film_memory(job.source->width(), job.source->height(), {});
+    check_chain(job);
     return job;
   }
 
   // Whether it is a strategy that looks at geometry.
-  bool check_reference(const std::string& text, const std::string& where) const {
-    if (!StudyReferences::is_file(text)) return !text.empty() && make_strategy(text, where)->uses_geometry();
-    open_file_source(text, {}, colours_);
-    return false;
+  bool check_reference(const std::string& text, const Job& job, const Cells& cells) const {
+    const std::string where = "'" + plan_.file + "'";
+    if (StudyReferences::is_file(text)) {
+      SourceRequest wanted = job.wanted;
+      wanted.cells = cells;
+      references_.check_file(text, wanted, where);
+      return false;
+    }
+    const auto strategy = make_strategy(text, where);
+    check_draws(*strategy, job, cells);
+    return strategy->uses_geometry();
+  }
+
+  // Whether a strategy goes with a source and with cells.
+  void check_draws(const Strategy& strategy, const Job& job, const Cells& cells) const {
+    const std::string where = "'" + plan_.file + "'";
+    if (strategy.info().name == "exact" && !job.source->abilities().exact_integral)
+      throw_input(where + ": '" + job.wanted.name +
+                  "' has no exact integral; take samples in its place, as sobol-owen:spp=1024 does");
+    RenderOptions options;
+    options.cells = cells;
+    options.stop = [] { return true; };
+    strategy.render(OnePixel(cells), options);
+  }
+
+  // The filter's plan, what comes out of it, and whether the metrics can judge that: by headers, without pixels.
+  void check_chain(const Job& job) {
+    const auto header = [&](const Cells& cells) {
+      return Image{render_spec(film_size(job.wanted.picture, cells), cells, {}, *job.strategy), {}};
+    };
+    Image film = header(job.wanted.cells);
+    for (const auto& [name, text] : job.facts) film.spec.metadata.set("triad:" + name, text);
+    if (job.stages.empty()) require_size(job, film.spec);
+    RunRequest request;
+    request.input = {"what comes out", {}, std::make_shared<const Image>(std::move(film))};
+    request.stages = job.stages;
+    for (const Metric& metric : job.metrics) {
+      const Cells cells = metric.wide ? job.wide.cells : Cells{};
+      request.metrics.push_back({metric.item,
+                                 {fmt::format("the reference of {}x{} cells a pixel", cells.x, cells.y),
+                                  {},
+                                  std::make_shared<const Image>(header(cells))},
+                                 ""});
+    }
+    try {
+      Run(request, host_, colours_);
+    } catch (const Error& error) {
+      throw Error(error.kind(), "'" + plan_.file + "': " + job.what() + ": " + error.what());
+    }
+  }
+
+  void require_size(const Job& job, const ImageSpec& spec) const {
+    const PictureSize& size = job.wanted.picture;
+    if (spec.width != size.width || spec.height != size.height)
+      throw_input(fmt::format(
+          "'{}': {}: what comes out has {}x{} pixels, not {}x{}; a 'filter' such as box:x={},y={} or platt "
+          "makes pixels of cells",
+          plan_.file, job.what(), spec.width, spec.height, size.width, size.height, job.wanted.cells.x,
+          job.wanted.cells.y));
   }
 
   void read_metrics(const SettingValues& values, const std::string& text, Job& job) {
@@ -142,13 +234,6 @@ class StrategyWork final : public StudyWork {
   void make_ready(Job& job) {
     if (!job.truth.empty()) return;
     const std::string where = "'" + plan_.file + "'";
-    job.wide = job.wanted;
-    job.wide.cells = {};
-    job.wide.geometry = job.reference_geometry;
-    if (std::any_of(job.metrics.begin(), job.metrics.end(), [](const auto& m) { return m.wide; })) {
-      const Layout panel = load_layout(job.layout);
-      job.wide.cells = {panel.cells_x, panel.cells_y};
-    }
     const StudyReference& truth =
         references_.get(job.wide, find_source(job.wide), job.reference, StudyReferences::kTruthSeed, where);
     const StudyReference& averaged = references_.averaged(truth);
@@ -172,7 +257,7 @@ class StrategyWork final : public StudyWork {
     const Measurements work = work_since(*job.source, before);
 
     auto image = std::make_shared<const Image>(
-        render_picture(result, *job.strategy, options, *job.source, job.wanted.cells, {}));
+        render_picture(result, *job.strategy, options, *job.source, job.wanted.cells, job.facts));
     Measurements filtered{{"filter-seconds", 0}, {"plan-seconds", 0}};
     if (!job.stages.empty()) image = filter(job, *image, filtered);
     Measurements measured{{"seconds", seconds}, {"total-seconds", seconds + filtered[0].second}};
@@ -209,12 +294,7 @@ class StrategyWork final : public StudyWork {
   }
 
   Measurements judge(const Job& job, const Image& image, uint64_t seed) {
-    const PictureSize& size = job.wanted.picture;
-    if (image.spec.width != size.width || image.spec.height != size.height)
-      throw_input(fmt::format(
-          "what comes out has {}x{} pixels, not {}x{}; a 'filter' such as box:x={},y={} or platt "
-          "makes pixels of cells",
-          image.spec.width, image.spec.height, size.width, size.height, job.wanted.cells.x, job.wanted.cells.y));
+    require_size(job, image.spec);
     const auto shown = std::make_shared<const Image>(colour_only(image));
     Measurements scores = judge_picture(shown, job.truth, host_, colours_);
     if (job.reference_error > 0) scores.emplace_back("reference-error", job.reference_error);

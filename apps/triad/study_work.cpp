@@ -61,6 +61,11 @@ std::string SettingValues::filled(std::string text, const std::map<std::string, 
   return text;
 }
 
+std::map<std::string, std::string> SettingValues::layout_cells() const {
+  const std::string layout = text_or("layout", "");
+  return layout.empty() ? std::map<std::string, std::string>{} : layout_values(layout);
+}
+
 PictureSize SettingValues::size() const {
   constexpr int kMost = 65536;  // far beyond what a study is for
   const PictureSize size = parse_size(text("size"), where());

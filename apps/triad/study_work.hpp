@@ -5,6 +5,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <triad/base/error.hpp>
 #include <triad/evaluation/study.hpp>
 #include <triad/pipeline/run.hpp>
 #include <triad/sampling/render.hpp>
@@ -21,6 +22,8 @@ class StudyWork {
   virtual void check(const StudySettings&) {}
   // Whether the first run of a setting is as quick as those that follow, so that no turn need be thrown away.
   virtual bool is_warm() const { return false; }
+  // Whether run() writes the picture it is asked for.
+  virtual bool makes_pictures() const { return false; }
   // What every run of a setting needs is made the first time and kept; only the work itself is timed. Works that
   // make pictures write theirs to `picture` unless it is "".
   virtual Measurements run(const StudySettings& settings, const std::string& picture) = 0;
@@ -36,6 +39,18 @@ std::unique_ptr<StudyWork> make_filter_work(const StudyPlan& plan);
 // Its settings are explained in data/studies/everything.toml.
 std::unique_ptr<StudyWork> make_strategy_work(const StudyPlan& plan, const std::string& references);
 
+// What `f` returns. Errors that it throws are said of the plan.
+template <typename F>
+auto naming_plan(const StudyPlan& plan, F f) -> decltype(f()) {
+  try {
+    return f();
+  } catch (const Error& error) {
+    const std::string what = error.what(), where = "'" + plan.file + "'";
+    if (error.kind() == ErrorKind::kCancelled || what.find(where) != std::string::npos) throw;
+    throw Error(error.kind(), where + ": " + what);
+  }
+}
+
 // One setting's values, by name. Throws Error(kInput) that names the plan's file.
 class SettingValues {
  public:
@@ -45,6 +60,8 @@ class SettingValues {
   std::string text_or(const std::string& name, const std::string& other) const;
   // `text` with {NAME} replaced by the value of the setting NAME, which must be set, or by its value in `known`.
   std::string filled(std::string text, const std::map<std::string, std::string>& known = {}) const;
+  // "{cells_x}" and "{cells_y}" for filled(): the cells of the pixels of `layout`; {} if it is not set.
+  std::map<std::string, std::string> layout_cells() const;
   PictureSize size() const;
   uint64_t seed() const;                       // 0 if not set
   std::unique_ptr<Strategy> strategy() const;  // "strategy" or "spp", one of them must be set

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
 #include <triad/base/text.hpp>
@@ -46,6 +47,15 @@ void require_measured(const StudyPlan& plan, const StudySettings& settings, cons
   }
 }
 
+// A column that some settings measure and others do not is fine; one that none does is a mistake.
+void require_columns(const StudyPlan& plan, const std::set<std::string>& measured) {
+  const std::vector<std::string> names(measured.begin(), measured.end());
+  for (const std::string& wanted : plan.measure)
+    if (!measured.contains(wanted))
+      throw_input("'" + plan.file + "': 'measure' names '" + wanted + "', which nothing in this study measures" +
+                  did_you_mean(wanted, names) + "; it measures '" + join(names, "', '") + "'");
+}
+
 }  // namespace
 
 bool is_time(const std::string& measured) { return measured.ends_with("seconds"); }
@@ -89,7 +99,8 @@ std::vector<StudyRecord> run_study(const StudyPlan& plan, const std::vector<Stud
     }
   if (runner.warm_up) total += static_cast<double>(std::count(whole.begin(), whole.end(), false));
   std::vector<StudyRecord> records(settings.size());
-  for (int turn = runner.warm_up ? -1 : 0; turn < plan.turns(); ++turn)
+  std::set<std::string> names;
+  for (int turn = runner.warm_up ? -1 : 0; turn < plan.turns(); ++turn) {
     for (size_t i = 0; i < settings.size(); ++i) {
       check_cancel();
       const bool counted = turn >= 0, there = counted ? known[i][static_cast<size_t>(turn)].has_value() : whole[i];
@@ -106,6 +117,7 @@ std::vector<StudyRecord> run_study(const StudyPlan& plan, const std::vector<Stud
         continue;
       }
       if (turn <= 0) require_measured(plan, settings[i], measured);
+      for (const auto& [name, value] : measured) names.insert(name);
       if (!counted) continue;  // caches and clocks warm up
       records[i].settings = settings[i];
       records[i].seeds = seeds;
@@ -115,6 +127,8 @@ std::vector<StudyRecord> run_study(const StudyPlan& plan, const std::vector<Stud
         values.push_back(value);
       }
     }
+    if (turn == 0) require_columns(plan, names);
+  }
   return records;
 }
 

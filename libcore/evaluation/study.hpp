@@ -138,7 +138,8 @@ struct StudyRunner {
 };
 
 // Runs the work plan.turns() times in turns: all settings, then all again. Throws what the runner throws, and
-// Error(kInput) as soon as a setting measures nothing of a name in plan.pareto.
+// Error(kInput) as soon as a setting measures nothing of a name that the plan compares by (pareto, equal, published,
+// faster), and after the first counted turn if none of them measures one of plan.measure.
 std::vector<StudyRecord> run_study(const StudyPlan& plan, const std::vector<StudySettings>& settings,
                                    const StudyRunner& runner);
 

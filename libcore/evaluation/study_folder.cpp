@@ -32,18 +32,31 @@ Json settings_json(const StudySettings& settings) {
 }
 
 // All that a run depends on.
-Json identity(const StudyPlan& plan, const std::vector<StudySettings>& settings, const StudySettings& facts) {
+Json identity(const StudyPlan& plan, const std::vector<StudySettings>& settings, const StudySettings& facts,
+              const StudySettings& files) {
   Json json;
   json["work"] = plan.work;
   json["repeats"] = plan.repeats;
   json["seeds"] = plan.seeds;
   for (const auto& [name, value] : facts) json[name] = value;
+  json["files"] = settings_json(files);
   json["settings"] = Json::array();
   for (const StudySettings& one : settings) json["settings"].push_back(settings_json(whole_settings(plan, one)));
   return json;
 }
 
 std::string shown(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+
+// The first file that is not what it was; "" none.
+std::string changed_file(const Json& there, const Json& here) {
+  for (const auto& [name, contents] : here.items()) {
+    if (!there.contains(name)) return "the file '" + name + "' had no part in it";
+    if (there[name] != contents) return "the file '" + name + "' has changed since";
+  }
+  for (const auto& [name, contents] : there.items())
+    if (!here.contains(name)) return "the file '" + name + "' is not there any more";
+  return "";
+}
 
 // The first thing that differs: "repeats: 3 there, 5 here".
 std::string difference(const Json& there, const Json& here) {
@@ -53,7 +66,7 @@ std::string difference(const Json& there, const Json& here) {
   };
   for (const auto& [key, value] : here.items()) {
     const Json old = there.contains(key) ? there[key] : Json();
-    if (old == value) continue;
+    if (old == value || key == "files") continue;
     if (key != "settings" || !old.is_array()) return differ(key, old, value);
     if (old.size() != value.size())
       return fmt::format("combinations of settings: {} there, {} here", old.size(), value.size());
@@ -66,7 +79,10 @@ std::string difference(const Json& there, const Json& here) {
         if (!value[i].contains(name)) return differ("the setting '" + name + "'", text, Json());
     }
   }
-  return there == here ? "" : "what it was begun with";
+  // Last, as other settings have other files.
+  const Json files = there.contains("files") ? there["files"] : Json();
+  const std::string changed = changed_file(files.is_object() ? files : Json::object(), here["files"]);
+  return !changed.empty() ? changed : there == here ? "" : "what it was begun with";
 }
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(format_double(value)); }
@@ -113,29 +129,30 @@ class StudyFolder::Lock {
 StudyFolder::~StudyFolder() = default;
 
 StudyFolder::StudyFolder(const std::string& path, const StudyPlan& plan, const std::vector<StudySettings>& settings,
-                         const StudySettings& facts)
+                         const StudySettings& facts, const StudySettings& files)
     : path_(path), settings_(settings) {
   std::error_code error;
   if (fs::exists(path_, error) && !fs::is_directory(path_, error))
     throw_input("'" + path_ + "' is a file; a study keeps its results in a folder");
   const fs::path plan_file = fs::path(path_) / "plan.json";
-  const Json here = identity(plan, settings, facts);
-  const bool begun = fs::exists(plan_file, error);
-  if (begun) {
+  // Before anything is made in a folder that is not ours. Whoever begins here writes plan.json first: what is not
+  // hidden then has it beside.
+  for (const auto& entry : fs::directory_iterator(path_, error))
+    if (!is_hidden(entry.path()) && !fs::exists(plan_file, error))
+      throw_input("'" + path_ + "' is no study's folder, and not empty; name a new one");
+  make_folder(path_);
+  lock_ = std::make_unique<Lock>(path_);
+  const Json here = identity(plan, settings, facts, files);
+  if (fs::exists(plan_file, error)) {
     const Json there = Json::parse(read_text_file(plan_file), nullptr, false);
     const std::string differs = there.is_object() ? difference(there, here) : "its plan.json cannot be read";
     if (!differs.empty())
       throw_input("'" + path_ + "' holds results of another study than '" + plan.file + "': " + differs +
                   "; name another folder, or remove this one");
-  } else if (fs::is_directory(path_, error)) {
-    for (const auto& entry : fs::directory_iterator(path_, error))
-      if (!is_hidden(entry.path()))
-        throw_input("'" + path_ + "' is no study's folder, and not empty; name a new one");
+    remove_leftovers(path_);
+  } else {
+    write_text_file(plan_file, here.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
-  make_folder(path_);
-  lock_ = std::make_unique<Lock>(path_);
-  remove_leftovers(path_);
-  if (!begun) write_text_file(plan_file, here.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
   for (const char* part : kParts) {
     make_folder(fs::path(path_) / part);
     remove_leftovers(fs::path(path_) / part);
@@ -151,7 +168,11 @@ std::optional<Measurements> StudyFolder::find(const StudyTurn& turn) const {
   std::error_code error;
   if (!fs::exists(path, error)) return {};
   const Json json = Json::parse(read_text_file(path), nullptr, false);
-  if (!json.is_object() || !json.contains("measured") || !json["measured"].is_object()) return {};
+  // Edited or damaged, it counts as not there.
+  if (!json.is_object() || json.value("settings", Json()) != settings_json(settings_.at(turn.setting)) ||
+      json.value("turn", Json()) != turn.turn || !json.contains("measured") || !json["measured"].is_object() ||
+      json.value("measures", Json()) != json["measured"].size())
+    return {};
   Measurements measured;
   for (const auto& [name, value] : json["measured"].items()) {
     const auto parsed = value.is_number()   ? std::optional<double>(value.get<double>())
@@ -169,6 +190,7 @@ void StudyFolder::keep(const StudyTurn& turn, const Measurements& measured) cons
   json["turn"] = turn.turn;
   json["measured"] = Json::object();
   for (const auto& [name, value] : measured) json["measured"][name] = number(value);
+  json["measures"] = json["measured"].size();
   write_text_file(run_path(turn), json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 

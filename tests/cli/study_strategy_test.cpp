@@ -164,6 +164,65 @@ TEST_F(StrategyStudy, UsesReferencesAgain) {
   EXPECT_NEAR(after, 10, 1);
 }
 
+constexpr const char* kPicturePlan =
+    "work = 'strategy'\nrepeats = 1\n[fixed]\nsource = 'source.exr'\nsize = '16x8'\nreference = 'exact-one.exr'\n"
+    "[[axis]]\nname = 'strategy'\nvalues = ['control', 'grid:n=2']\n";
+
+TEST_F(StrategyStudy, NoticesFilesThatHaveChanged) {
+  save_text(path("plan.toml"), kPicturePlan);
+  expect_success({"render", "strokes", "-o", "source.exr", "--size", "32x16"});
+  expect_success({"render", "strokes", "-o", "exact-one.exr", "--size", "16x8", "--strategy", "grid:n=8"});
+  expect_success({"study", "plan.toml", "-o", "out"});
+  expect_success({"study", "plan.toml", "-o", "out"});
+  for (const std::string file : {"source.exr", "exact-one.exr"}) {
+    const std::string before = load_text(path(file));
+    const int width = load(path(file)).width;
+    expect_success({"render", "strokes", "-o", file, "--size",
+                    std::to_string(width) + "x" + std::to_string(width / 2), "--strategy", "random:spp=2"});
+    expect_refusal({"study", "plan.toml", "-o", "out"}, {"out", "'" + file + "' has changed"});
+    save_text(path(file), before);
+    expect_success({"study", "plan.toml", "-o", "out"});  // the same again, whatever its date
+  }
+}
+
+TEST_F(StrategyStudy, DestroysNothingWithItsResults) {
+  save_text(path("plan.toml"), kPicturePlan);
+  expect_success({"render", "strokes", "-o", "source.exr", "--size", "32x16"});
+  expect_success({"render", "strokes", "-o", "exact-one.exr", "--size", "16x8"});
+  for (const std::string file : {"plan.toml", "./source.exr", "exact-one.exr", "out/plan.json", "out/table.txt"}) {
+    if (file.starts_with("out")) expect_success({"study", "plan.toml", "-o", "out"});
+    expect_refusal({"study", "plan.toml", "-o", "out", "--json", file}, {"--json", file, "overwrite"});
+  }
+}
+
+TEST_F(StrategyStudy, MakesWhatIsMissingAgain) {
+  save_text(path("plan.toml"),
+            "work = 'strategy'\nrepeats = 1\n[fixed]\nsource = 'strokes'\nsize = '16x8'\nreference = 'random:spp=4'\n"
+            "[[axis]]\nname = 'strategy'\nvalues = ['control', 'grid:n=2']\n");
+  const auto study = [&] { return expect_success({"study", "plan.toml", "-o", "out", "--json", "-"}).json(); };
+  const Json first = study();
+  const std::string picture = path("out/pictures/001-grid-n=2.exr"), before = load_text(picture);
+  fs::remove(picture);
+  EXPECT_EQ(without_seconds(study()), without_seconds(first));
+  EXPECT_EQ(load_text(picture), before);
+  // Facts of a reference without their number.
+  for (const auto& entry : fs::directory_iterator(path("out/references")))
+    if (entry.path().extension() == ".json") {
+      Json facts = Json::parse(load_text(entry.path().string()));
+      facts["rmse"] = nullptr;
+      save_text(entry.path().string(), facts.dump());
+    }
+  fs::remove_all(path("out/runs"));
+  EXPECT_EQ(without_seconds(study()), without_seconds(first));
+}
+
+TEST_F(StrategyStudy, TellsFiltersWhoseCellsTheyAre) {
+  const auto runs = study(
+      "work = 'strategy'\nrepeats = 1\n[fixed]\nsource = 'strokes'\nsize = '16x8'\nreference = 'grid'\nsecond = "
+      "'none'\ncells = 'qd-oled'\nfilter = 'platt:ppd=30'\n[[axis]]\nname = 'strategy'\nvalues = ['grid:n=2']\n");
+  EXPECT_EQ(runs.at("grid:n=2").at("median").at("samples"), 16 * 8 * 4 * 4);
+}
+
 TEST_F(StrategyStudy, RefusesWhatCannotBeRun) {
   const auto refuse = [&](const std::string& fixed, const std::string& strategy,
                           const std::vector<std::string>& words, const std::vector<std::string>& more = {}) {
@@ -190,10 +249,21 @@ TEST_F(StrategyStudy, RefusesWhatCannotBeRun) {
   refuse(good + "cells = '3'\n", "grid", {"cells", "'3'"});
   refuse(good + "filter = 'plat'\n", "grid", {"plat"});
   refuse(good + "filter = 'write:x.exr'\n", "grid", {"plan.toml", "writes"});
-  refuse(good + "bounces = -1\n", "grid", {"plan.toml", "bounces", "1000"});
+  refuse("source = 'cornell'\nsize = '16x8'\nreference = 'grid'\nbounces = -1\n", "grid",
+         {"plan.toml", "bounces", "1000"});
   refuse(good + "seed = 1\n", "grid", {"--seeds", "seed"}, {"--seeds", "2"});
-  // Cells that nobody makes pixels of come out once it runs.
-  refuse(good + "cells = '3x1'\n", "grid", {"plan.toml", "48x8", "16x8", "box:x=3"});
+  refuse(good + "effects = 'none'\n", "grid", {"plan.toml", "'effects'", "scenes"});
+  refuse(good + "metric = 'errror'\n", "grid", {"plan.toml", "errror"});
+  // Before a sample is taken: the folder is not even made.
+  const std::vector<std::string> out{"-o", "out"};
+  refuse(good, "exact", {"plan.toml", "strokes", "exact integral"}, out);
+  refuse(good + "second = 'exact'\n", "grid", {"plan.toml", "strokes", "exact integral"}, out);
+  refuse(good + "cells = '3x1'\n", "grid", {"plan.toml", "48x8", "16x8", "box:x=3"}, out);
+  refuse(good + "filter = 'box:x=2'\n", "grid", {"plan.toml", "box:x=2"}, out);
+  refuse(good + "cells = '3x1'\nfilter = 'box:x=3'\n", "per-subpixel", {"plan.toml", "per-subpixel", "cells"}, out);
+  expect_success({"render", "strokes", "-o", "large.exr", "--size", "32x16"});
+  refuse("source = 'strokes'\nsize = '16x8'\nreference = 'large.exr'\n", "grid",
+         {"plan.toml", "large.exr", "32x16", "16x8"}, out);
   save_text(path("work.toml"), "work = 'strategi'\n[[axis]]\nname = 'a'\nvalues = [1]\n");
   expect_refusal({"study", "work.toml"}, {"work.toml", "strategi", "'strategy'"});
 }
@@ -206,8 +276,8 @@ TEST_F(StrategyStudy, RefusesFoldersOfOtherStudies) {
   expect_success({"study", "plan.toml", "-o", "out"});
   expect_refusal({"study", "plan.toml", "-o", "out", "--repeats", "2"}, {"out", "repeats", "'1'", "'2'"});
   expect_refusal({"study", "plan.toml", "-o", "out", "--threads", "1000"}, {"out", "threads"}, {});
-  save_text(path("plan.toml"), plan + "[[axis]]\nname = 'bounces'\nvalues = [1]\n");
-  expect_refusal({"study", "plan.toml", "-o", "out"}, {"out", "'bounces'"});
+  save_text(path("plan.toml"), plan + "[[axis]]\nname = 'layout'\nvalues = ['rgb']\n");
+  expect_refusal({"study", "plan.toml", "-o", "out"}, {"out", "'layout'"});
   expect_refusal({"study", "plan.toml", "-o", "."}, {"not empty"});
   expect_refusal({"study", "plan.toml", "-o", "plan.toml"}, {"plan.toml", "is a file"});
   Options nobody;

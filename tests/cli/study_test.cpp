@@ -125,6 +125,7 @@ TEST_F(FilterStudy, RefusesWhatCannotBeRun) {
     expect_refusal({"study", "plan.toml"}, words);
   };
   const std::string good = "picture = 'stems'\nsize = '16x8'\nspp = 1\nlayout = 'rgb'\nppd = 40\n";
+  refuse(good + "camera = 'x'\n", "platt", {"plan.toml", "'camera'", "scenes"});
   refuse("picture = 'stem'\nsize = '16x8'\nspp = 1\nlayout = 'rgb'\nppd = 40\n", "platt",
          {"plan.toml", "stem", "'stems'", "cornell"});
   refuse("picture = 'stems'\nsize = '16'\nspp = 1\nlayout = 'rgb'\nppd = 40\n", "platt", {"plan.toml", "400x225"});

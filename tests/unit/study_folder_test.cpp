@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <sstream>
 #include <triad/base/error.hpp>
 #include <triad/evaluation/study_folder.hpp>
 
@@ -30,7 +31,7 @@ class StudyFolders : public testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
 
   StudyFolder open(const std::string& name = "out") const {
-    return StudyFolder(folder_ / name, plan_, study_settings(plan_), facts_);
+    return StudyFolder(folder_ / name, plan_, study_settings(plan_), facts_, files_);
   }
   // What is said of a folder that cannot be opened.
   std::string refusal(const std::string& name = "out") const {
@@ -46,6 +47,7 @@ class StudyFolders : public testing::Test {
   fs::path folder_;
   StudyPlan plan_;
   StudySettings facts_{{"threads", "2"}};
+  StudySettings files_{{"scene.gltf", "first"}};
 };
 
 TEST_F(StudyFolders, GiveBackWhatTheyKeep) {
@@ -74,6 +76,42 @@ TEST_F(StudyFolders, TakeARunThatCannotBeReadAsNotThere) {
   open().keep({0, 0}, {{"seconds", 1}});
   std::ofstream(folder_ / "out/runs/0-0000.json") << "{\"measured\": {\"sec";
   EXPECT_FALSE(open().find({0, 0}));
+}
+
+TEST_F(StudyFolders, TakeARunThatWasTamperedWithAsNotThere) {
+  open().keep({0, 0}, {{"seconds", 1}, {"rmse", 2}});
+  const fs::path file = folder_ / "out/runs/0-0000.json";
+  ASSERT_TRUE(open().find({0, 0}));
+  fs::copy_file(file, folder_ / "out/runs/0-0001.json");
+  EXPECT_FALSE(open().find({1, 0})) << "of another setting";
+  fs::copy_file(file, folder_ / "out/runs/1-0000.json");
+  EXPECT_FALSE(open().find({0, 1})) << "of another turn";
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  std::string without = text.str();
+  const size_t comma = without.find(',', without.find("\"seconds\""));
+  ASSERT_NE(comma, std::string::npos);
+  without.erase(comma, without.find('}', comma) - comma);  // "rmse": 2
+  std::ofstream(file) << without;
+  EXPECT_FALSE(open().find({0, 0})) << without;
+}
+
+TEST_F(StudyFolders, RefuseFilesThatHaveChanged) {
+  { open(); }
+  EXPECT_EQ(refusal(), "accepted");
+  files_[0].second = "second";
+  EXPECT_THAT(refusal(), HasSubstr("the file 'scene.gltf' has changed"));
+  files_ = {};
+  EXPECT_THAT(refusal(), HasSubstr("'scene.gltf' is not there any more"));
+  files_ = {{"scene.gltf", "first"}, {"sky.exr", "x"}};
+  EXPECT_THAT(refusal(), HasSubstr("'sky.exr' had no part"));
+}
+
+TEST_F(StudyFolders, LeaveFilesAloneThatAreNotTheirs) {
+  fs::create_directories(folder_ / "mine");
+  std::ofstream(folder_ / "mine/.triad-notes") << "Dear";
+  open("mine");
+  EXPECT_TRUE(fs::exists(folder_ / "mine/.triad-notes"));
 }
 
 TEST_F(StudyFolders, RefuseOtherPlansAndSayWhatDiffers) {

@@ -208,4 +208,30 @@ TEST_F(Studies, RefuseToCompareWhatIsNotMeasuredBeforeAllIsRun) {
   EXPECT_EQ(runs, 1);
 }
 
+TEST_F(Studies, RefuseColumnsThatNothingMeasures) {
+  const auto run = [&](const std::string& measure) -> std::string {
+    const StudyPlan plan = load_study(
+        write("work='w'\nrepeats=2\nmeasure=['seconds'," + measure + "]\n[[axis]]\nname='n'\nvalues=['a','b']\n"));
+    StudyRunner runner;
+    runner.warm_up = false;
+    int runs = 0;
+    runner.work = [&](const StudySettings& settings, const StudyTurn&) {
+      ++runs;
+      Measurements measured{{"seconds", 1}};
+      if (settings[0].second == "b") measured.emplace_back("gap", 2);
+      return measured;
+    };
+    try {
+      run_study(plan, study_settings(plan), runner);
+    } catch (const Error& error) {
+      EXPECT_EQ(runs, 2) << "found after one turn";
+      return error.what();
+    }
+    EXPECT_EQ(runs, 4);
+    return "accepted";
+  };
+  EXPECT_EQ(run("'gap'"), "accepted") << "one of the two has it";
+  EXPECT_THAT(run("'gaps'"), testing::AllOf(testing::HasSubstr("'gaps'"), testing::HasSubstr("'gap'")));
+}
+
 }  // namespace
