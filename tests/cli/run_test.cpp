@@ -186,6 +186,16 @@ TEST_F(NotNumbers, AreZeroForStagesThatSeeWholeRows) {
   expect_values(load(path("out.exr")), 2, 2, 1e-3, [](int, int y, int) { return .5 * y; });
 }
 
+TEST_F(NotNumbers, AreZeroForStagesThatWouldSpreadThem) {
+  const Outcome outcome =
+      expect_status(0, {"run", "bad.exr", "resample:filter=tent,factor=2,edge=clamp", "-o", "out.exr"});
+  EXPECT_EQ(outcome.error_lines().size(), 1u) << outcome.err;
+  for (const std::string word : {"resample", "9 NaN", "9 infinite", "bad.exr"})
+    EXPECT_NE(outcome.err.find(word), std::string::npos) << outcome.err;
+  // 0 above and .5 below, linear at quarters.
+  expect_values(load(path("out.exr")), 12, 4, 1e-3, [](int, int y, int) { return y == 0 ? 0 : .25 * y - .125; });
+}
+
 TEST_F(NotNumbers, FailOnRequest) {
   expect_refusal({"run", "bad.exr", "box", "-o", "out.exr", "--nan", "fail"}, {"bad.exr"});
 }
