@@ -64,13 +64,9 @@ TEST_F(Chain, ExplainsWithoutTouchingAPixel) {
   EXPECT_FALSE(exists("out.png"));
 }
 
-TEST_F(Chain, ExplainsWhatNoMemoryWouldHold) {
+TEST_F(Chain, SaysHowMuchMemoryItWouldTake) {
   save(path("in.exr"), noise(6, 2));
-  const Outcome outcome =
-      expect_success({"run", "in.exr", "resample:width=500000000,height=1", "-o", "out.exr", "--explain"});
-  EXPECT_NE(outcome.out.find("500000000x1"), std::string::npos) << outcome.out;
-  expect_refusal({"run", "in.exr", "resample:width=500000000,height=1", "-o", "out.exr", "--max-memory", "1G"},
-                 {"--max-memory"});
+  expect_refusal({"run", "in.exr", "resample:width=500000000,height=1", "-o", "out.exr"}, {"in.exr", "--max-memory"});
 }
 
 TEST_F(Chain, RunsFramesInOneCall) {
