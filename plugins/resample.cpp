@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <triad/sampling/reconstruction.hpp>
 #include <vector>
@@ -27,6 +28,8 @@ class Axis {
     std::vector<double> weights;
     int past() const { return first + static_cast<int>(weights.size()); }
   };
+  // That reach() says for any pixel, at most.
+  double most_taps() const { return std::floor(2 * filter_.radius_px()) + 2; }
   // The pixels that one of the output may need. Both ends rise with it, so that a strip's first and last say all.
   Range reach(int out) const {
     const double centre = (out + .5) * step_px_, radius = filter_.radius_px();
@@ -59,6 +62,30 @@ class Axis {
   triad::ReconstructionFilter filter_;
 };
 
+// The taps of all columns. There are as many as the result is wide, and so they are made when the first strip is, and
+// not while a plan is made that may never be carried out.
+class Columns {
+ public:
+  explicit Columns(int count) : count_(count) {}
+  // Bytes of all of them.
+  double bytes(const Axis& across) const {
+    return count_ * (sizeof(Axis::Taps) + across.most_taps() * sizeof(double));
+  }
+  // By any thread.
+  const std::vector<Axis::Taps>& taps(const Axis& across) {
+    std::call_once(once_, [&] {
+      taps_.reserve(static_cast<size_t>(count_));
+      for (int x = 0; x < count_; ++x) taps_.push_back(across.taps(x));
+    });
+    return taps_;
+  }
+
+ private:
+  int count_;
+  std::once_flag once_;
+  std::vector<Axis::Taps> taps_;
+};
+
 struct Resample {
   static constexpr tp::Info info{
       "resample", "1.0", "Changes the size of a picture, with a reconstruction filter",
@@ -66,7 +93,7 @@ struct Resample {
       "picture gets smaller, the filter widens with it. Every channel is treated alike (colour is associated with "
       "alpha, so alpha needs no special treatment). mitchell is a compromise; lanczos3 is the sharpest and rings at "
       "edges, gaussian and blackman-harris are soft and never ring, tent is linear interpolation, box repeats pixels "
-      "or averages blocks.\n"
+      "or averages blocks. Values that are not finite are replaced by 0, as they would spread.\n"
       "factor applies to both sides; width and height say them instead, and one alone keeps the shape. In a wide "
       "render "
       "cells=keep leaves each display pixel its cells, so that width and height are multiples of them; cells=one "
@@ -108,16 +135,13 @@ struct Resample {
     out.pixel_aspect = in.pixel_aspect * in.width / out.width * out.height / in.height;
     across_ = std::make_unique<const Axis>(filter, scale, in.width, out.width);
     down_ = std::make_unique<const Axis>(filter, scale, in.height, out.height);
-    columns_.clear();
-    size_t weights = 0;
-    for (int x = 0; x < out.width; ++x) {
-      columns_.push_back(across_->taps(x));
-      weights += columns_.back().weights.size();
-    }
+    columns_ = std::make_unique<Columns>(out.width);
     const auto row = static_cast<size_t>(across_->reach(out.width - 1).past - across_->reach(0).first) *
                      static_cast<size_t>(in.channels);
-    call.work_bytes((weights + row) * sizeof(double) + columns_.size() * sizeof(Axis::Taps));
+    call.work_bytes(row * sizeof(double) + static_cast<size_t>(columns_->bytes(*across_)));
     call.plan.threads = TRIAD_REENTRANT;
+    // One such value would spoil all that the filter reaches.
+    call.plan.nonfinite = TRIAD_NONFINITE_ZERO;
     constexpr int kEdges[] = {TRIAD_EDGE_MIRROR, TRIAD_EDGE_WRAP, TRIAD_EDGE_CLAMP};
     call.plan.edge = kEdges[static_cast<size_t>(edge)];
   }
@@ -130,6 +154,7 @@ struct Resample {
   void strip(tp::StripCall& call) const {
     const auto in = call.in(0);
     const auto out = call.out();
+    const std::vector<Axis::Taps>& columns = columns_->taps(*across_);
     // First down, into a row of the input's width, then across: an output row depends on no other.
     const auto row = call.scratch<double>(static_cast<size_t>(in.row_floats()));
     for (int y = call.r.y0; y < call.r.y1; ++y) {
@@ -143,7 +168,7 @@ struct Resample {
       }
       float* to = out.row(y);
       for (int x = call.r.x0; x < call.r.x1; ++x, to += in.channels) {
-        const Axis::Taps& taps = columns_[static_cast<size_t>(x)];
+        const Axis::Taps& taps = columns[static_cast<size_t>(x)];
         const double* const from = row.data() + int64_t{taps.first - in.r.x0} * in.channels;
         for (int c = 0; c < in.channels; ++c) to[c] = static_cast<float>(mean(taps.weights, from + c, in.channels));
       }
@@ -185,8 +210,8 @@ struct Resample {
     return given > 0 ? given : static_cast<int>(cells);
   }
 
-  std::vector<Axis::Taps> columns_;
   std::unique_ptr<const Axis> across_, down_;
+  std::unique_ptr<Columns> columns_;
 };
 
 }  // namespace

@@ -92,9 +92,9 @@ void render(const RenderVerbOptions& options) {
   RenderJob job = check_render(options);
   const OpenedSource opened = open_source(job.source, "SOURCE");
   const Source& source = *opened.source;
-  if (has_geometry(job.render.planes) && !source.abilities().geometry)
-    throw_usage("--aov " + options.planes + ": '" + options.source +
-                "' has colours alone; leave out all but variance, samples and reasons");
+  if (const auto missing = missing_planes(job.render.planes, source.abilities()); !missing.empty())
+    throw_usage("--aov " + options.planes + ": '" + options.source + "' does not tell " + join(missing, ", ") +
+                "; leave that out");
   Seconds seconds{.load = opened.load_s, .build = opened.build_s};
   Stopwatch watch;
   if (options.json != "-" && !opened.summary.empty()) std::cout << opened.summary << std::endl;

@@ -90,9 +90,10 @@ std::vector<std::array<double, 3>> exact_picture(const Source& source, const Exa
   std::mutex mutex;
   std::atomic<int64_t> done{0};
   parallel_for(source.height(), [&](int64_t y) {
-    if (options.stop && options.stop()) return;
-    for (size_t x = 0; x < width; ++x)
+    for (size_t x = 0; x < width; ++x) {
+      if (options.stop && options.stop()) return;
       picture[static_cast<size_t>(y) * width + x] = value(static_cast<int>(x), static_cast<int>(y)).value();
+    }
     ++done;
     if (!options.progress) return;
     const std::unique_lock lock(mutex, std::try_to_lock);

@@ -76,15 +76,16 @@ std::vector<std::string> film_channels(const FilmPlanes& planes) {
   return channels;
 }
 
-void require_film_memory(int width, int height, const FilmPlanes& planes) {
+void require_film_memory(int width, int height, const FilmPlanes& planes, double more_bytes,
+                         const std::string& advice) {
   const size_t each = 56 + 32 * planes.error + 48 * planes.variance + 12 * planes.depth + 24 * planes.position +
                       24 * planes.normal + 24 * planes.albedo + 4 * planes.object_id + 4 * planes.material_id +
                       sizeof(float) * film_channels(planes).size();  // and the picture made of it
-  const double bytes = static_cast<double>(each) * width * height;
+  const double bytes = static_cast<double>(each) * width * height + more_bytes;
   if (bytes > static_cast<double>(machine_memory_bytes()))
     throw_input("a picture of " + std::to_string(width) + "x" + std::to_string(height) + " pixels takes " +
                 format_double(std::ceil(bytes / 1e9)) + " GB of memory, and this machine has " +
-                format_bytes(machine_memory_bytes()) + "; ask for a smaller --size");
+                format_bytes(machine_memory_bytes()) + "; ask for " + advice);
 }
 
 Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), height_(height), planes_(planes) {

@@ -35,8 +35,10 @@ FilmPlanes parse_planes(const std::string& text, const std::string& option);
 std::vector<std::string> plane_names();
 // The channels of Film::image(), which has no reasons.
 std::vector<std::string> film_channels(const FilmPlanes& planes);
-// Throws Error(kInput) if this machine has not the memory for such a film.
-void require_film_memory(int width, int height, const FilmPlanes& planes);
+// Throws Error(kInput) if this machine has not the memory for such a film, and `more_bytes` beside it; then `advice`
+// says what to ask for instead.
+void require_film_memory(int width, int height, const FilmPlanes& planes, double more_bytes = 0,
+                         const std::string& advice = "a smaller --size");
 
 // Sums are exact to about 2^-53 of the sum's size (Neumaier's compensation), and depend on the order in which one
 // pixel's samples come and on nothing else. Different threads may add to different pixels at the same time.

@@ -1,7 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <triad/base/error.hpp>
+#include <triad/base/text.hpp>
 #include <triad/sampling/function_base.hpp>
 
 namespace triad {
+
+void require_length(const FunctionInfo& info, const StrategyValues& values, const std::string& name, const View& view,
+                    double least_px, const std::string& option) {
+  if (length_px(values, name, view) >= least_px) return;
+  throw_usage(option + ": " + info.name + " with " + name + "=" + format_double(values.at(name)) +
+              " and rows=" + format_double(values.at("rows")) + " repeats within less than " +
+              format_double(least_px) + " pixels of a picture of " + std::to_string(view.width_px) + "x" +
+              std::to_string(view.height_px) + "; take a larger " + name);
+}
 
 double cumulative_at(const SeparableFilter& filter, double t_px) {
   if (filter.gaussian_sigma_px > 0) return .5 * std::erfc(-t_px / filter.gaussian_sigma_px / std::numbers::sqrt2);

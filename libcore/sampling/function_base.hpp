@@ -48,6 +48,10 @@ inline double length_px(const StrategyValues& values, const std::string& name, c
   const double rows = values.at("rows");
   return values.at(name) * (rows > 0 ? view.height_px / rows : 1);
 }
+// Throws Error(kUsage) if such a length is below least_px: closed forms go from one repetition to the next, and a
+// pixel shall not have so many that it takes seconds.
+void require_length(const FunctionInfo& info, const StrategyValues& values, const std::string& name, const View& view,
+                    double least_px, const std::string& option);
 
 // Coordinates about the picture's middle: u along the axis that points right at an angle of 0 and turns clockwise, v
 // along the one that points down then.

@@ -61,6 +61,13 @@ std::unique_ptr<Source> make_chirp(const StrategyValues& values, const View& vie
   if (values.at("top") < values.at("bottom"))
     throw_usage(option + ": chirp:top=" + format_double(values.at("top")) + " is less than bottom=" +
                 format_double(values.at("bottom")) + "; bands become finer towards the top");
+  // Its integral goes from one edge of a band to the next: a pixel of a low, wide picture would have billions.
+  constexpr double kMostBands = 2e6;  // from the middle of the uppermost row to its end
+  if (.5 * values.at("top") * view.width_px / view.height_px > kMostBands)
+    throw_usage(option + ": chirp:top=" + format_double(values.at("top")) + " has more than " +
+                format_double(kMostBands) + " bright bands on either side in a picture of " +
+                std::to_string(view.width_px) + "x" + std::to_string(view.height_px) +
+                "; take a smaller top, or a picture that is less wide");
   return std::make_unique<Chirp>(values, view);
 }
 

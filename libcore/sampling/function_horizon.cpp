@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <triad/base/error.hpp>
 #include <triad/sampling/function_base.hpp>
 
 namespace triad {
@@ -88,10 +89,21 @@ class Horizon final : public TonesOf<Horizon> {
   double horizon_, sky_, across_, away_;
 };
 
+std::unique_ptr<Source> make_horizon(const StrategyValues& values, const View& view, const std::string& option) {
+  // Its integral goes from one square's border to the next, of which a pixel at the horizon has kFarthest times its
+  // distance from the middle in picture heights.
+  constexpr int kWidest = 100;  // picture heights
+  if (view.width_px > int64_t{kWidest} * view.height_px)
+    throw_usage(option + ": horizon in a picture of " + std::to_string(view.width_px) + "x" +
+                std::to_string(view.height_px) + ", more than " + std::to_string(kWidest) +
+                " times as wide as high, has too many squares in a pixel; take a picture that is less wide");
+  return std::make_unique<Horizon>(values, view);
+}
+
 }  // namespace
 
 const FunctionEntry& horizon_function() {
-  static const FunctionEntry entry = function_entry<Horizon>(kInfo);
+  static const FunctionEntry entry{kInfo, make_horizon};
   return entry;
 }
 

@@ -48,6 +48,8 @@ double wave_mean(const Turned& turned, double shift_px, double cell_px, bool cro
   return sum / (box.area() / (cell_px * cell_px));
 }
 
+constexpr double kFinest_px = .01;  // of what repeats: a hundred times along a pixel, ten thousand times in it
+
 const FunctionInfo kStripes{
     "stripes", "bright and dark stripes of the same width",
     "With a period of one pixel, as by default, all samples at the same place in each pixel see the same stripe: "
@@ -174,23 +176,29 @@ std::unique_ptr<Source> make_discs(const StrategyValues& values, const View& vie
   if (values.at("radius") > .5 * values.at("spacing"))
     throw_usage(option + ": discs:radius=" + format_double(values.at("radius")) + " is more than half of spacing=" +
                 format_double(values.at("spacing")) + ", so that discs overlap; take a smaller radius");
-  constexpr double kClosest_px = .01;  // ten thousand discs in a pixel
-  if (length_px(values, "spacing", view) < kClosest_px)
-    throw_usage(option + ": discs with spacing=" + format_double(values.at("spacing")) +
-                " and rows=" + format_double(values.at("rows")) + " lie less than " + format_double(kClosest_px) +
-                " pixels apart; take a larger spacing");
+  require_length(kDiscs, values, "spacing", view, kFinest_px, option);
   return std::make_unique<Discs>(values, view);
+}
+
+std::unique_ptr<Source> make_stripes(const StrategyValues& values, const View& view, const std::string& option) {
+  require_length(kStripes, values, "period", view, kFinest_px, option);
+  return std::make_unique<Stripes>(values, view);
+}
+
+std::unique_ptr<Source> make_checker(const StrategyValues& values, const View& view, const std::string& option) {
+  require_length(kChecker, values, "cell", view, kFinest_px, option);
+  return std::make_unique<Checker>(values, view);
 }
 
 }  // namespace
 
 const FunctionEntry& stripes_function() {
-  static const FunctionEntry entry = function_entry<Stripes>(kStripes);
+  static const FunctionEntry entry{kStripes, make_stripes};
   return entry;
 }
 
 const FunctionEntry& checker_function() {
-  static const FunctionEntry entry = function_entry<Checker>(kChecker);
+  static const FunctionEntry entry{kChecker, make_checker};
   return entry;
 }
 

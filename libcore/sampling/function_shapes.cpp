@@ -114,10 +114,11 @@ std::unique_ptr<Source> make_disc(const StrategyValues& values, const View& view
 }
 
 const FunctionInfo kSmallObject{
-    "small-object", "one disc that lies between the first samples of coarse strategies",
+    "small-object", "one disc, small enough to lie between the first samples of coarse strategies",
     "Brighter than its ground, nearer and with an id of its own. A strategy that begins with one sample in many "
-    "pixels "
-    "and refines where neighbours differ misses it if no sample meets it: that is expected, and shown here.",
+    "pixels and refines where neighbours differ misses it if no sample meets it: that is expected, and shown here. "
+    "Where the samples lie depends on the picture's size: by default, quad misses it in 400x225 pixels, and finds it "
+    "in 404x228.",
     with_tones({radius_param(.9), place_param("x", "width", .5), place_param("y", "height", .5), rows_param()})};
 
 std::unique_ptr<Source> make_small_object(const StrategyValues& values, const View& view, const std::string&) {
@@ -127,8 +128,9 @@ std::unique_ptr<Source> make_small_object(const StrategyValues& values, const Vi
 const FunctionInfo kSpeck{
     "speck",
     "one speck of light, bright and far smaller than a pixel",
-    "What a lamp's reflection in a far chrome rail is. With the default it adds pi .05^2 1000 = 7.9 to the one pixel "
-    "that it is in; few strategies ever meet it, and those that do, show a firefly.",
+    "What a lamp's reflection in a far chrome rail is. With the default it adds pi .05^2 1000 = 7.9 to the pixel "
+    "that it is in, or to those together on whose border it lies, as it does in pictures 500 pixels wide; few "
+    "strategies ever meet it, and those that do, show a firefly.",
     {{"level", "its light", 0, 1e9, 1000, true},
      radius_param(.05),
      place_param("x", "width", .502),

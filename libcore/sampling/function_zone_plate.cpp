@@ -10,10 +10,10 @@ using Complex = std::complex<double>;
 
 const FunctionInfo kInfo{
     "zone-plate", "rings that get finer outwards, every frequency in every direction",
-    "1/2 + 1/2 cos(a r^2) about the picture's middle. Its frequency grows evenly with the distance, to 4 rings / "
-    "height cycles a pixel at the nearest edge: with the default it passes half a cycle, beyond which a picture of "
-    "up "
-    "to 480 rows can only alias or be grey. Its exact picture is made of Fresnel integrals.",
+    "1/2 + 1/2 cos(a r^2) about the picture's middle. Its frequency grows evenly with the distance, to 4 rings / s "
+    "cycles a pixel at the nearest edge, s being the smaller of width and height: with the default it passes half a "
+    "cycle there, beyond which a picture can only alias or be grey, if s is below 480. Its exact picture is made of "
+    "Fresnel integrals.",
     with_tones({{"rings", "from the middle to the nearest edge", .01, 1e6, 60, true}})};
 
 class ZonePlate final : public TonesOf<ZonePlate> {

@@ -22,6 +22,14 @@ struct GeometryChannels {
   std::array<int, 3> position{-1, -1, -1}, normal{-1, -1, -1};
 
   bool any() const { return distance >= 0 || object_id >= 0 || material_id >= 0 || position[0] >= 0; }
+  KnownGeometry known() const {
+    return {.distance = distance >= 0,
+            .position = position[0] >= 0,
+            .normal = normal[0] >= 0,
+            .albedo = false,
+            .object_id = object_id >= 0,
+            .material_id = material_id >= 0};
+  }
 };
 
 // The first channel with one of these names, in any case: at the top level, else in a layer.
@@ -83,8 +91,9 @@ uint32_t id(float value) { return value >= .5f && value < 0x1p32f ? static_cast<
 
 class ImageSource final : public Source {
  public:
-  ImageSource(Pixels pixels, int width, int height)
+  ImageSource(Pixels pixels, const KnownGeometry& known, int width, int height)
       : pixels_(std::move(pixels)),
+        known_(known),
         width_(width),
         height_(height),
         scale_x_(static_cast<double>(pixels_.width) / width),
@@ -92,7 +101,7 @@ class ImageSource final : public Source {
   int width() const override { return width_; }
   int height() const override { return height_; }
   SourceAbilities abilities() const override {
-    return {.geometry = !pixels_.geometry.empty(), .exact_integral = true, .deterministic = true};
+    return {.geometry = !pixels_.geometry.empty(), .exact_integral = true, .deterministic = true, .known = known_};
   }
 
   void eval(std::span<const SampleRequest> requests, std::span<Sample> samples) const override {
@@ -135,6 +144,7 @@ class ImageSource final : public Source {
   static int nearest(double t, int size) { return static_cast<int>(std::clamp(std::floor(t), 0., size - 1.)); }
 
   Pixels pixels_;
+  KnownGeometry known_;
   int width_, height_;
   double scale_x_, scale_y_;
 };
@@ -244,7 +254,7 @@ std::unique_ptr<Source> make_image_source(const std::string& path, int width_px,
   }
   Pixels pixels = read_pixels(*reader, colours, options, places);
   warn_of_holes(path, pixels);
-  return std::make_unique<ImageSource>(std::move(pixels), width, height);
+  return std::make_unique<ImageSource>(std::move(pixels), places.known(), width, height);
 }
 
 }  // namespace triad

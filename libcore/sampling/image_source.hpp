@@ -25,7 +25,8 @@ struct ImageSourceOptions {
 // Geometry, by the channels' names in any case, in a layer or not ("ViewLayer.Depth.Z"): distance Z, depth, depth.Z,
 // depth.V or zdepth, a miss from 1e9 on (what renderers write for the sky); position P.X P.Y P.Z or position.X ...;
 // normal N.X N.Y N.Z or normal.X ...; object_id or indexob.X, and material_id or indexma.X. Without a position, it is
-// (0, 0, -distance). Without a distance, it is 1 where there is an object or position.
+// (0, 0, -distance). Without a distance, it is 1 where there is an object or position. abilities().known says what
+// the file has itself.
 //
 // Reads the whole picture, by strips, which Ctrl-C ends. Thread-safe as Source asks. Throws what ImageReader::open()
 // does; Error(kInput) if the film has more pixels than the picture along a side, or the picture does not fit into

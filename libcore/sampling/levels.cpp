@@ -19,7 +19,7 @@ struct Pair {
   int x1, y1, x2, y2;
 };
 
-std::span<const Pair> pairs_of(const Lattice& lattice, int row) {
+std::span<const Pair> pairs_of(const LevelLattice& lattice, int row) {
   static constexpr Pair kSquare[] = {{-1, 0, 1, 0}, {0, -1, 0, 1}, {-1, -1, 1, 1}, {-1, 1, 1, -1}};
   // East and west, north-east and south-west, north-west and south-east; the cells above and below a shifted row
   // stand half a cell to the left.
@@ -46,13 +46,13 @@ TRIAD_INLINE_BODY inline void add_differences(int width, const float* __restrict
 
 }  // namespace
 
-Lattice::Lattice(int film_width, int film_height, double side_px, bool shift)
+LevelLattice::LevelLattice(int film_width, int film_height, double side_px, bool shift)
     : width(cells_along(film_width, side_px)),
       height(cells_along(film_height, side_px)),
       cell_px(side_px),
       shifted(shift) {}
 
-Level::Level(const Lattice& lattice, bool geometry)
+Level::Level(const LevelLattice& lattice, bool geometry)
     : lattice_(lattice), geometry_(geometry), stride_(static_cast<size_t>(lattice.width) + 2) {
   for (int p = 0; p < (geometry ? kPlanes : kDistance); ++p) planes_[p].resize(cells());
   if (geometry) ids_.resize(cells());

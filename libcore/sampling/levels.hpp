@@ -15,18 +15,18 @@ namespace triad {
 
 // Square cells in rows, one sample in each. In a shifted lattice the samples of odd rows lie half a cell to the
 // right of their cells' centres, so that each has six neighbours at nearly the same distance.
-struct Lattice {
+struct LevelLattice {
   int width = 1, height = 1;  // cells that cover the film, the last ones perhaps only in part
   double cell_px = 1;
   bool shifted = false;
 
   // Of a film of that many pixels.
-  Lattice(int film_width, int film_height, double side_px, bool shift);
+  LevelLattice(int film_width, int film_height, double side_px, bool shift);
   // By how many half cells the samples of a row are to the right of the centres.
   int shift(int row) const { return shifted && (row & 1) != 0; }
   double sample_x(int x, int row) const { return (x + .5 + .5 * shift(row)) * cell_px; }
   double sample_y(int row) const { return (row + .5) * cell_px; }
-  bool operator==(const Lattice&) const = default;
+  bool operator==(const LevelLattice&) const = default;
 };
 
 // When a cell's neighbourhood says that finer cells are to be sampled: when a mean exceeds its threshold.
@@ -44,9 +44,13 @@ enum class LevelReason : uint8_t { kNone, kColour, kPosition, kId, kUnknown };
 class Level {
  public:
   // Cells of which nothing is known. Without geometry, there are only colours.
-  Level(const Lattice& lattice, bool geometry);
+  Level(const LevelLattice& lattice, bool geometry);
+  // What each cell takes, judged or not.
+  static size_t cell_bytes(bool geometry) {
+    return (geometry ? kPlanes * sizeof(float) + sizeof(uint32_t) : kDistance * sizeof(float)) + sizeof(uint8_t);
+  }
 
-  const Lattice& lattice() const { return lattice_; }
+  const LevelLattice& lattice() const { return lattice_; }
   // The mean of samples taken at one place, of which those that are not valid are left out. The geometry is that of
   // the first valid one. False, and the cell stays as it is, if none is valid. Different threads may set different
   // cells.
@@ -58,7 +62,7 @@ class Level {
   // which some hit and some miss differ in position by infinity.
   void judge(const LevelThresholds& thresholds);
   // Of the cell here in which one of `finer` lies, whose cells are half as large.
-  LevelReason reason_for(const Lattice& finer, int x, int y) const {
+  LevelReason reason_for(const LevelLattice& finer, int x, int y) const {
     return static_cast<LevelReason>(reasons_[parent(finer, x, y)]);
   }
 
@@ -91,7 +95,7 @@ class Level {
   size_t cells() const { return stride_ * static_cast<size_t>(lattice_.height); }
   // One column more on either side, so that loops need no care at borders.
   size_t at(int x, int y) const { return static_cast<size_t>(y) * stride_ + static_cast<size_t>(x + 1); }
-  size_t parent(const Lattice& finer, int x, int y) const {
+  size_t parent(const LevelLattice& finer, int x, int y) const {
     return at((2 * x + 1 + finer.shift(y) - 2 * lattice_.shift(y >> 1)) >> 2, y >> 1);
   }
   void add(Weighted& result, size_t cell, float weight) const {
@@ -104,7 +108,7 @@ class Level {
   void repeat_border(int y);
   void judge_row(int y, const LevelThresholds& thresholds);
 
-  Lattice lattice_;
+  LevelLattice lattice_;
   bool geometry_;
   size_t stride_;
   // Where nothing is known or hit, 0: sums leave it out by themselves.

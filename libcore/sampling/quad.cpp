@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <triad/base/log.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/levels.hpp>
@@ -100,34 +101,36 @@ class Levels final : public StrategyBase {
   uint64_t most_samples(int width, int height) const override {
     uint64_t cells = 0;
     for (int level = coarsest(width, height); level >= -over_; --level) {
-      const Lattice at = lattice(width, height, level);
+      const LevelLattice at = lattice(width, height, level);
       cells += static_cast<uint64_t>(at.width) * static_cast<uint64_t>(at.height);
     }
     return cells * spp_;
   }
 
   RenderResult render(const Source& source, const RenderOptions& options) const override {
-    const SharedNumbers shared(source);
-    SampleTaker taker(*this, shared_ ? shared : source, options);
     const int width = source.width(), height = source.height();
     const bool geometry = uses_geometry() && source.abilities().geometry;
+    require_film_memory(width, height, options.planes, most_bytes(width, height, geometry),
+                        over_ > 0 ? "a smaller --size, or less `over`" : "a smaller --size");
+    const SharedNumbers shared(source);
+    SampleTaker taker(*this, shared_ ? shared : source, options);
     if (uses_geometry() && !geometry)
       warn(info().name + ": the source tells no positions and no ids, so colours alone say where rays are sent");
 
     int level = coarsest(width, height);
-    Level above(lattice(width, height, level), false);
+    std::optional<Level> above;
     Level here(lattice(width, height, level), geometry && level > -over_);
     refine(taker, here, nullptr, level);
-    while (level > -over_) {
+    // A render that was stopped needs no cells finer than pixels.
+    while (level > -over_ && !(level <= 0 && taker.stop())) {
       --level;
       here.judge(thresholds_);
       above = std::move(here);
       here = Level(lattice(width, height, level), geometry && level > -over_);
-      refine(taker, here, &above, level);
+      refine(taker, here, &*above, level);
     }
-    resolve(here, taker.result());
-    if (options.planes.reasons)
-      tell_reasons(here, coarsest(width, height) > -over_ ? &above : nullptr, taker.result());
+    resolve(here, level, taker.result());
+    if (options.planes.reasons) tell_reasons(here, level, above ? &*above : nullptr, taker.result());
     return taker.finish();
   }
 
@@ -138,8 +141,16 @@ class Levels final : public StrategyBase {
     while (level > 0 && (1 << level) > std::min(width, height)) --level;
     return level;
   }
-  Lattice lattice(int width, int height, int level) const {
+  LevelLattice lattice(int width, int height, int level) const {
     return {width, height, std::ldexp(1., level), triangular_ && !(last_is_square_ && level == -over_)};
+  }
+
+  // Of the two finest levels, which are there at the same time, and the picture's colours.
+  double most_bytes(int width, int height, bool geometry) const {
+    const double pixels = static_cast<double>(width) * height, finest = std::ldexp(pixels, 2 * over_);
+    const double above = coarsest(width, height) > -over_ ? finest / 4 : 0;
+    return above * static_cast<double>(Level::cell_bytes(geometry)) +
+           finest * static_cast<double>(Level::cell_bytes(false)) + pixels * sizeof(std::array<double, 3>);
   }
 
   // The first number of a cell's samples: those of a pixel all have numbers of their own, unless the last cell of a
@@ -164,7 +175,7 @@ class Levels final : public StrategyBase {
       samples_.resize(room);
     }
     void add(int x, int y) {
-      const Lattice& lattice = level_.lattice();
+      const LevelLattice& lattice = level_.lattice();
       const Film& film = taker_.film();
       SampleRequest request;
       request.x = lattice.sample_x(x, y);
@@ -208,6 +219,7 @@ class Levels final : public StrategyBase {
     parallel_for((height + rows - 1) / rows, [&](int64_t band) {
       const int y0 = static_cast<int>(band) * rows, y1 = std::min(y0 + rows, height);
       for (int y = y0; y < y1 && above; ++y) level.interpolate_row(y, *above);
+      if (taker.stopped()) return;
       Queue queue(*this, taker, level, number);
       for (int x0 = 0; x0 < width; x0 += kBlock)
         for (int y = y0; y < y1; ++y)
@@ -218,8 +230,9 @@ class Levels final : public StrategyBase {
     taker.end_pass();
   }
 
-  void resolve(const Level& finest, RenderResult& result) const {
-    const int width = result.film.width(), side = 1 << over_;
+  // `level` is the finest one's, and not above 0.
+  void resolve(const Level& finest, int level, RenderResult& result) const {
+    const int width = result.film.width(), side = 1 << -level;
     result.colour.resize(result.film.pixels());
     parallel_for(result.film.height(), [&](int64_t y) {
       for (int x = 0; x < width; ++x) {
@@ -238,8 +251,8 @@ class Levels final : public StrategyBase {
   }
 
   // Nothing above: all was sampled, for no reason.
-  void tell_reasons(const Level& finest, const Level* above, RenderResult& result) const {
-    const int width = result.film.width(), side = 1 << over_;
+  void tell_reasons(const Level& finest, int level, const Level* above, RenderResult& result) const {
+    const int width = result.film.width(), side = 1 << -level;
     result.reasons.assign(3, std::vector<float>(result.film.pixels()));
     if (!above) return;
     parallel_for(result.film.height(), [&](int64_t row) {

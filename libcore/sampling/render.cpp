@@ -45,6 +45,21 @@ double parse_until(const std::string& text, const std::string& option) {
   throw_usage(option + ": '" + text + "' is not an error to stop at; write rmse=V with V above 0, as in rmse=1e-3");
 }
 
+std::vector<std::string> missing_planes(const FilmPlanes& planes, const SourceAbilities& abilities) {
+  const KnownGeometry& known = abilities.known;
+  std::vector<std::string> missing;
+  const auto check = [&](const char* name, bool wanted, bool told) {
+    if (wanted && !(abilities.geometry && told)) missing.emplace_back(name);
+  };
+  check("depth", planes.depth, known.distance);
+  check("position", planes.position, known.position);
+  check("normal", planes.normal, known.normal);
+  check("albedo", planes.albedo, known.albedo);
+  check("object-id", planes.object_id, known.object_id);
+  check("material-id", planes.material_id, known.material_id);
+  return missing;
+}
+
 ImageSpec render_spec(const PictureSize& film, const Cells& cells, const FilmPlanes& planes,
                       const Strategy& strategy) {
   const std::vector<std::string> reasons = strategy.reason_channels();

@@ -28,6 +28,9 @@ double parse_until(const std::string& text, const std::string& option);
 // A number that says what was rendered, or how, as text: {"scene", "cornell.gltf"}.
 using Facts = std::vector<std::pair<std::string, std::string>>;
 
+// The names of those planes of geometry that a source cannot fill.
+std::vector<std::string> missing_planes(const FilmPlanes& planes, const SourceAbilities& abilities);
+
 // The header of the picture of a render: size, channels, cells, pixel aspect, scene-linear BT.709. `film` is the
 // size of the film. Throws Error(kUsage) for planes.reasons of a strategy that has none.
 ImageSpec render_spec(const PictureSize& film, const Cells& cells, const FilmPlanes& planes,

@@ -37,10 +37,16 @@ struct Sample {
   uint32_t object_id = 0, material_id = 0;                  // from 1; 0: a miss, or not known
 };
 
+// Which of a sample's fields a source with geometry knows; of the others it gives what is said of it.
+struct KnownGeometry {
+  bool distance = true, position = true, normal = true, albedo = true, object_id = true, material_id = true;
+};
+
 struct SourceAbilities {
   bool geometry = false;        // distance, position, normal, albedo and ids mean something
   bool exact_integral = false;  // integral() answers
   bool deterministic = false;   // rgb depends on x, y and footprint_px only, not on the random key
+  KnownGeometry known{};        // if there is geometry
 };
 
 // A separable filter f(x) f(y) / (integral of f)^2 that is the same both ways, as closed forms need it. Lengths in

@@ -68,9 +68,19 @@ class Splatting {
     return std::max(0, static_cast<int>(std::ceil(filter.radius_px() - .5)));
   }
 
+  // Samples per pixel of a pass, so that the fewest rows that are kept at once take kMostKept; or one, if they are
+  // wider still.
+  uint32_t most_in_pass() const {
+    constexpr uint64_t kMostKept = 1 << 22;  // samples: 134 MB
+    constexpr uint64_t kMost = 16;
+    const uint64_t rows = static_cast<uint64_t>(std::min(height_, kFewestRows) + 2 * border_);
+    const uint64_t across = static_cast<uint64_t>(width_) + 2 * static_cast<uint64_t>(border_);
+    return static_cast<uint32_t>(std::clamp(kMostKept / (rows * across), uint64_t{1}, kMost));
+  }
+
   // Samples first .. past - 1 of each pixel. False: the render was stopped.
   bool pass(uint32_t first, uint32_t past) {
-    constexpr int kSamplesAtOnce = 1 << 18;  // 10 MB of them
+    constexpr int kSamplesAtOnce = 1 << 18;  // 8 MB of them, or more if the fewest rows have more
     const int across = width_ + 2 * border_;
     const auto each = static_cast<int>(past - first);
     const int rows = std::min(height_, std::max({kFewestRows, kSamplesAtOnce / each / across}));
@@ -206,10 +216,11 @@ class Splat final : public FilteredPoints {
   }
 
   RenderResult render(const Source& source, const RenderOptions& options) const override {
-    constexpr uint32_t kAtOnce = 16;  // samples per pixel in a pass; the first has one, so that all is covered soon
     SampleTaker taker(*this, source, options);
     Splatting splatting(taker, points(), filter(), table(), footprint_px());
-    for (uint32_t first = 0, last = 1; first < spp(); first = last, last = std::min(spp(), last + kAtOnce)) {
+    const uint32_t at_once = splatting.most_in_pass();
+    // The first pass has one, so that all is covered soon.
+    for (uint32_t first = 0, last = 1; first < spp(); first = last, last = std::min(spp(), last + at_once)) {
       const bool done = splatting.pass(first, last);
       taker.end_pass();
       if (!done) break;

@@ -64,6 +64,11 @@ TEST_F(Chain, ExplainsWithoutTouchingAPixel) {
   EXPECT_FALSE(exists("out.png"));
 }
 
+TEST_F(Chain, SaysHowMuchMemoryItWouldTake) {
+  save(path("in.exr"), noise(6, 2));
+  expect_refusal({"run", "in.exr", "resample:width=500000000,height=1", "-o", "out.exr"}, {"in.exr", "--max-memory"});
+}
+
 TEST_F(Chain, RunsFramesInOneCall) {
   for (const int frame : {1, 2, 11})
     save(path("in.00" + std::string(frame < 10 ? "0" : "") + std::to_string(frame) + ".exr"),

@@ -76,6 +76,9 @@ TEST_F(RenderFunction, GeometryWhereThereIsSome) {
     EXPECT_EQ(picture.at(x, 0, 4), x < 2 ? 2 : 1);
   }
   expect_refusal({"render", "checker", "-o", "b.exr", "--size", "4x2", "--aov", "depth"}, {"--aov", "checker"});
+  // Nothing is made up that a picture's file does not hold.
+  expect_refusal({"render", "a.exr", "-o", "b.exr", "--size", "4x2", "--aov", "depth,object-id,albedo,position"},
+                 {"--aov", "a.exr", "does not tell position, albedo"});
 }
 
 TEST_F(RenderFunction, SamplesPicturesAnew) {

@@ -252,6 +252,19 @@ TEST(FilteredPoints, EndEarlyWithTheWholePictureCovered) {
   }
 }
 
+TEST(Splat, TakesFewerSamplesAtOnceInWidePictures) {
+  const auto passes = [](int width, const char* text) {
+    const RampSource flat(width, 1, {1, 2, 3}, {0, 0, 0}, {0, 0, 0});
+    std::vector<uint64_t> samples;
+    for (const PassRecord& pass : make_strategy(text, "")->render(flat, {}).passes) samples.push_back(pass.samples);
+    return samples;
+  };
+  using testing::ElementsAre;
+  EXPECT_THAT(passes(100, "splat:spp=4,filter=gaussian"), ElementsAre(102 * 3, 102 * 3 * 3));
+  // Three rows of a million pixels have room for one sample a pixel only, within 2^22.
+  EXPECT_THAT(passes(1'000'000, "splat:spp=3,filter=gaussian"), ElementsAre(3'000'006, 3'000'006, 3'000'006));
+}
+
 TEST(FilteredPoints, EstimateErrorsWhereHalvesOfThemMeanSomething) {
   const auto estimates = [](const char* text) { return make_strategy(text, "")->estimates_error(); };
   EXPECT_TRUE(estimates("random"));

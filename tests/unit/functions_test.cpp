@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <triad/base/error.hpp>
+#include <triad/sampling/exact.hpp>
 #include <triad/sampling/functions.hpp>
 #include <triad/sampling/reconstruction.hpp>
 
@@ -316,12 +318,23 @@ TEST(Functions, SmallThingsHaveTheirLight) {
   for (int y = 2; y < 90; y += 4)
     for (int x = 2; x < 160; x += 4) EXPECT_EQ(value_at(*object, x, y), 0);
   EXPECT_NEAR(exact(*object, {70, 40, 90, 50}) * 200, std::numbers::pi * .9 * .9, 1e-12);
+  // As the help says of quad's first samples in other sizes.
+  const auto missed = make("small-object", 400, 225);
+  for (int y = 2; y < 225; y += 4)
+    for (int x = 2; x < 400; x += 4) EXPECT_EQ(value_at(*missed, x, y), 0);
+  EXPECT_EQ(value_at(*make("small-object", 404, 228), 202, 114), 1);
+}
+
+TEST(Functions, ExactPicturesCanBeEndedInsideARow) {
+  int asked = 0;
+  const auto picture = exact_picture(*make("flat", 1000, 1), {.stop = [&] { return ++asked > 10; }});
+  EXPECT_EQ(std::count_if(picture.begin(), picture.end(), [](const auto& rgb) { return rgb[0] > 0; }), 10);
 }
 
 TEST(Functions, SayWhatIsWrong) {
-  const auto message = [](const std::string& text) {
+  const auto message = [](const std::string& text, int width = 160, int height = 90) {
     try {
-      make(text);
+      make(text, width, height);
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::kUsage);
       return std::string(error.what());
@@ -337,6 +350,14 @@ TEST(Functions, SayWhatIsWrong) {
   EXPECT_THAT(message("white-on-white:tell=id"), HasSubstr("did you mean 'ids'"));
   EXPECT_THAT(message("discs:radius=3"), AllOf(HasSubstr("radius=3"), HasSubstr("spacing=4.3")));
   EXPECT_THAT(message("discs:radius=.01,spacing=.02,rows=100000"), HasSubstr("larger spacing"));
+  EXPECT_THAT(message("checker:cell=1e-4"), AllOf(HasSubstr("cell=1e-04"), HasSubstr("larger cell")));
+  EXPECT_THAT(message("checker:rows=100000,cell=3.7"), AllOf(HasSubstr("rows=1e+05"), HasSubstr("larger cell")));
+  EXPECT_THAT(message("stripes:period=.009,angle=3"), HasSubstr("larger period"));
+  EXPECT_NEAR(exact(*make("stripes:period=.01", 2, 1), {0, 0, 1, 1}), .5, 1e-12);
   EXPECT_THAT(message("chirp:top=3"), AllOf(HasSubstr("top=3"), HasSubstr("bottom=4")));
+  EXPECT_THAT(message("chirp:top=1e6", 401, 100), AllOf(HasSubstr("401x100"), HasSubstr("smaller top")));
+  EXPECT_THAT(message("chirp:top=1e6", 400, 100), "");
+  EXPECT_THAT(message("horizon", 201, 2), AllOf(HasSubstr("201x2"), HasSubstr("less wide")));
+  EXPECT_THAT(message("horizon", 200, 2), "");
   EXPECT_EQ(function_text("checker:angle=12", "test"), "checker:cell=3.7,angle=12,rows=0,low=0,high=1");
 }

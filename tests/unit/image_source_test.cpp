@@ -10,6 +10,7 @@
 #include <triad/image/writer.hpp>
 #include <triad/sampling/exact.hpp>
 #include <triad/sampling/image_source.hpp>
+#include <triad/sampling/render.hpp>
 #include <triad/sampling/strategy.hpp>
 
 #include "picture_files.hpp"
@@ -231,6 +232,28 @@ TEST_F(ImageSourceTest, HasTheGeometryOfOtherRenderers) {
   EXPECT_EQ(sample(*flat, .5, .5).distance, 1);
   EXPECT_EQ(sample(*flat, .5, .5).object_id, 5u);
   EXPECT_EQ(sample(*flat, 1.5, .5).distance, kInfinite);
+}
+
+TEST_F(ImageSourceTest, SaysWhichGeometryTheFileHas) {
+  const FilmPlanes all{.variance = true,
+                       .depth = true,
+                       .position = true,
+                       .normal = true,
+                       .albedo = true,
+                       .object_id = true,
+                       .material_id = true,
+                       .samples = true,
+                       .reasons = true};
+  const auto missing = [&](std::vector<std::string> channels) {
+    channels.insert(channels.begin(), {"R", "G", "B"});
+    return missing_planes(all, open(save(noise(2, 1, channels)), 2, 1)->abilities());
+  };
+  using testing::ElementsAre;
+  EXPECT_THAT(missing({"object_id"}), ElementsAre("depth", "position", "normal", "albedo", "material-id"));
+  EXPECT_THAT(missing({"Z", "N.X", "N.Y", "N.Z"}), ElementsAre("position", "albedo", "object-id", "material-id"));
+  EXPECT_THAT(missing({"P.X", "P.Y", "P.Z", "material_id"}), ElementsAre("depth", "normal", "albedo", "object-id"));
+  EXPECT_THAT(missing({}), ElementsAre("depth", "position", "normal", "albedo", "object-id", "material-id"));
+  EXPECT_THAT(missing_planes({.depth = true}, {.geometry = true}), ElementsAre());
 }
 
 TEST_F(ImageSourceTest, RefusesWhatCannotBe) {

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <triad/base/error.hpp>
 #include <triad/base/log.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/analytic.hpp>
@@ -343,4 +344,39 @@ TEST(Levels, EndedEarlyShowWhatTheyHave) {
   EXPECT_GT(result.samples, 256u);
   EXPECT_LT(result.samples, 1.3125 * 64 * 64);
   for (size_t p = 0; p < result.film.pixels(); ++p) ASSERT_GT(result.mean(p)[0], 0);
+}
+
+TEST(Levels, MakeNothingFinerThanPixelsOnceStopped) {
+  for (const char* name : {"quad", "tri"}) {
+    std::atomic<int> asked = 0;
+    const FunctionSource flat(64, 48, [&](const SampleRequest&) {
+      ++asked;
+      return grey(.7);
+    });
+    RenderOptions options;
+    options.planes.reasons = true;
+    options.stop = [&] { return asked == 16 * 12; };  // the coarsest level
+    const RenderResult result = render(std::string(name) + ":under=2,over=4", flat, options);
+    EXPECT_FALSE(result.complete);
+    EXPECT_EQ(result.passes.size(), 3u);  // of 4 x 4, 2 x 2 and single pixels
+    for (size_t p = 0; p < result.film.pixels(); ++p) ASSERT_NEAR(result.mean(p)[1], .7, 1e-6);
+  }
+}
+
+TEST(Levels, AskForTheirMemoryFirst) {
+  // The film alone would fit.
+  const int side = static_cast<int>(std::sqrt(static_cast<double>(machine_memory_bytes()) / 2000));
+  std::atomic<int> asked = 0;
+  const FunctionSource source(side, side, [&](const SampleRequest&) {
+    ++asked;
+    return grey(.5);
+  });
+  try {
+    render("quad:over=4", source);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kInput);
+    EXPECT_THAT(error.what(), HasSubstr("less `over`"));
+  }
+  EXPECT_EQ(asked, 0);
 }
