@@ -23,7 +23,7 @@ using test::value_at;
 
 // ---- edges
 
-// The page of formulas that every text on antialiasing has: the share of a unit box inside a half-plane with unit
+// The share of a unit box inside a half-plane with unit
 // normal (a, b) sorted to a >= b >= 0, at signed distance d of its middle.
 double half_plane_formula(double a, double b, double d) {
   a = std::abs(a), b = std::abs(b);

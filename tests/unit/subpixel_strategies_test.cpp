@@ -59,7 +59,7 @@ Observer observer_at(double ppd) {
   return observer;
 }
 
-// F of the page: kernel[x][c][cell][d], what a unit of channel d in a cell of the row adds to channel c of pixel x,
+// The filter F: kernel[x][c][cell][d], what a unit of channel d in a cell of the row adds to channel c of pixel x,
 // by the dense filter.
 using Kernel = std::vector<std::array<std::vector<Colour>, 3>>;
 Kernel dense_kernel(int width, double ppd, const FilterOptions& options) {
