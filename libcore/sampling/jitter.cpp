@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <triad/sampling/pixel_points.hpp>
-#include <triad/sampling/point_strategy.hpp>
 
 namespace triad {
 namespace {
@@ -13,18 +12,12 @@ const StrategyInfo kInfo{
     "other sample, so the error is not estimated.",
     {{"n", "cells along each side of a pixel", 1, 1024, 4}}};
 
-class Jitter final : public PointStrategy {
+class Jitter final : public PixelPointsStrategy {
  public:
   explicit Jitter(const StrategyValues& values)
-      : PointStrategy(kInfo, values), points_(PixelPoints::Kind::kJitter, whole("n") * whole("n")) {}
-  bool estimates_error() const override { return points_.halves_are_alike(); }
-
- protected:
-  uint32_t samples_per_pixel() const override { return points_.samples_per_pixel(); }
-  void place(std::span<SampleRequest> requests) const override { points_.place(requests); }
-
- private:
-  PixelPoints points_;
+      : PixelPointsStrategy(
+            kInfo, values,
+            PixelPoints(PixelPoints::Kind::kJitter, static_cast<uint32_t>(values.at("n") * values.at("n")))) {}
 };
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 #include <span>
-#include <triad/sampling/strategy.hpp>
+#include <triad/sampling/point_strategy.hpp>
 #include <vector>
 
 namespace triad {
@@ -46,6 +46,21 @@ class PixelPoints {
   Kind kind_;
   uint32_t spp_, nx_ = 1, ny_ = 1;
   std::vector<uint32_t> cells_;  // of jitter, by index
+};
+
+// The plain mean of such points.
+class PixelPointsStrategy : public PointStrategy {
+ public:
+  PixelPointsStrategy(const StrategyInfo& info, const StrategyValues& values, PixelPoints points)
+      : PointStrategy(info, values), points_(std::move(points)) {}
+  bool estimates_error() const override { return points_.halves_are_alike(); }
+
+ protected:
+  uint32_t samples_per_pixel() const override { return points_.samples_per_pixel(); }
+  void place(std::span<SampleRequest> requests) const override { points_.place(requests); }
+
+ private:
+  PixelPoints points_;
 };
 
 }  // namespace triad
