@@ -132,6 +132,14 @@ class PlanCall : public Call {
   void work_bytes(uint64_t bytes) {
     if (TRIAD_HAS(&plan, triad_plan, work_bytes)) plan.work_bytes = bytes;
   }
+
+  // Where the map is pooled; {} nowhere. Hosts before 1.2 pool no maps.
+  void pool(triad_rect where) {
+    if (TRIAD_HAS(&plan, triad_plan, pool)) plan.pool = where;
+  }
+
+  // Whether input i is display codes rather than linear light. Hosts before 1.2 do not say: then no.
+  bool display_codes(int i) const { return TRIAD_HAS(&in(i), triad_image, display_codes) && in(i).display_codes != 0; }
   const int inputs;
   triad_image& out;
   triad_plan& plan;

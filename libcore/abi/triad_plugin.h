@@ -47,7 +47,7 @@ extern "C" {
 
 #define TRIAD_ABI_MAGIC 0x31444954u /* "TID1" read as little-endian bytes */
 #define TRIAD_ABI_MAJOR 1u          /* repeated in the exported symbol's name */
-#define TRIAD_ABI_MINOR 1u
+#define TRIAD_ABI_MINOR 2u
 
 /* Whether the maker of the record *p knew its member f. */
 #define TRIAD_HAS(p, T, f) ((p)->struct_size >= offsetof(T, f) + sizeof((p)->f))
@@ -148,11 +148,15 @@ typedef struct {
    *   "rgb"   three colour channels (a grey picture is spread over them); alpha and others pass it by
    *   "*"     whatever there is, as it is
    *   "mask"  one weight in [0, 1] per pixel of the first input: 0 where --crop, --mask or --nan leave a
-   *           pixel out of the pooling. NULL when every weight is 1. Only as an optional input. */
+   *           pixel out of the pooling. NULL when every weight is 1. Only as an optional input.
+   *   "variance.*"  since 1.2, a metric's third picture: the channels variance.R, variance.G and variance.B of the
+   *           test picture's file, never converted. Missing ones are an error, unless the input is optional. */
   const char* channels;
   /* NULL as it is (a metric: both pictures in the space the user chose, linear light by default); "linear" light with
-   * the picture's own primaries; "linear-rec709"; "display": sRGB code values in [0, 1]. The host converts first, and
-   * not at all where nothing changes. */
+   * the picture's own primaries; "linear-rec709"; "display": sRGB code values in [0, 1]. Since 1.2, for a metric:
+   * "display-or-linear": "display" where both test and reference are stored as display codes (PNG, JPEG), else
+   * "linear-rec709"; triad_image.display_codes tells which. The host converts first, and not at all where nothing
+   * changes. */
   const char* space;
 } triad_input;
 
@@ -164,6 +168,9 @@ typedef struct {
   double pixel_aspect;      /* width of a pixel over its height */
   double rgb_to_xyz[9];     /* of the linear space, row-major, CIE 1931 2 degrees, white at Y = 1 */
   double white_nits;        /* luminance of (1,1,1), or 0 when unknown */
+  /* Since 1.2. 1: the values that the stage sees are display codes (a space that is not linear), 0: linear light, or
+   * no colour at all. */
+  int32_t display_codes, reserved;
 } triad_image;
 
 typedef struct {
@@ -191,6 +198,10 @@ typedef struct {
    * from plan on; 0 where that is little. The host adds it to the memory it plans with, and refuses the run where
    * --max-memory is below. */
   uint64_t work_bytes;
+  /* Since 1.2, a metric's. Where the host pools the map into percentiles, a histogram, minimum and maximum: pixels of
+   * the map outside are not judged (the border of a window, say). Comes filled with the whole picture; an empty one
+   * means that the map holds no errors, and is not pooled. */
+  triad_rect pool;
 } triad_plan;
 
 typedef struct {

@@ -50,6 +50,8 @@ class ColourConfig {
 
   // Whether the space's values are proportional to light.
   bool is_linear(const std::string& name) const;
+  // Whether its values are codes for a display or a file: a colour space that is not linear.
+  bool has_display_codes(const std::string& name) const;
   // "raw" and other data spaces, which no transform touches.
   bool is_data(const std::string& name) const;
   // Its linear sibling: the linear space with the same primaries (srgb -> lin_rec709, display_p3 ->

@@ -162,6 +162,10 @@ bool ColourConfig::is_linear(const std::string& name) const {
   return transform(space, impl_->linear).impl_->linear;
 }
 
+bool ColourConfig::has_display_codes(const std::string& name) const {
+  return !resolve(name).empty() && !is_data(name) && !is_linear(name);
+}
+
 std::array<double, 9> ColourConfig::rgb_to_xyz(const std::string& linear_space) const {
   const ColourTransform to_709 = transform(linear_space, impl_->linear);
   Matrix3 m{1, 0, 0, 0, 1, 0, 0, 0, 1};

@@ -65,6 +65,10 @@ void check_plan(const StageInfo& info, const triad_image& first, const triad_ima
     refuse("plan.state", "a state of " + std::to_string(plan.state_bytes) + " bytes; less than 1 GiB is right");
   if (plan.work_bytes > kMaxWorkBytes)
     refuse("plan.work", std::to_string(plan.work_bytes) + " bytes to work with; at most 2^48 is right");
+  const triad_rect& pool = plan.pool;
+  const bool pools = pool.x0 < pool.x1 && pool.y0 < pool.y1;
+  if (pools && (pool.x0 < 0 || pool.y0 < 0 || pool.x1 > first.width || pool.y1 > first.height))
+    refuse("plan.pool", rect_text(pool) + " to pool; it must lie within the first input");
   if (plan.state_bytes > 0 && !info.desc->stage->merge) refuse("plan.merge", "a state, but the stage has no merge()");
   if (plan.passes > 1 && !info.desc->stage->end_pass)
     refuse("plan.end-pass", std::to_string(plan.passes) + " passes, but the stage has no end_pass()");

@@ -188,6 +188,10 @@ void Run::Impl::add_metrics(PluginHost& host) {
           space = !request.metric_space.empty() ? colours.require(request.metric_space, "--to")
                                                 : colours.linear_sibling(test.colour_space);
         if (pictures == 1 && (wanted.empty() || wanted == "linear")) space = node->test_binding.space;
+        if (wanted == "display-or-linear")
+          space = colours.has_display_codes(test.colour_space) && colours.has_display_codes(reference.colour_space)
+                      ? colours.srgb()
+                      : colours.lin_rec709();
         binding = bind_input(declared, picture, colours, desc.id, space);
         images[i] = describe_picture(picture, binding, colours);
         metadata[i] = &picture.metadata;

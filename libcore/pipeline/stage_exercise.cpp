@@ -271,6 +271,8 @@ SyntheticPicture synthetic_picture(int width, int height, int channels, Cells ce
                    cells.y,
                    static_cast<double>(cells.y) / cells.x,
                    {},
+                   0,
+                   0,
                    0};
   std::copy(rec709_to_xyz().begin(), rec709_to_xyz().end(), picture.image.rgb_to_xyz);
   picture.pixels.resize(static_cast<size_t>(width) * height * channels);

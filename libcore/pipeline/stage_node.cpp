@@ -45,7 +45,7 @@ InputBinding bind_input(const triad_input& input, const ImageSpec& picture, cons
     binding.space = config.srgb();
   else
     throw_input("'" + who + "': unknown space '" + wanted + "' of its input '" + input.name +
-                "'; there are 'linear', 'linear-rec709' and 'display'");
+                "'; there are 'linear', 'linear-rec709', 'display' and, for metrics, 'display-or-linear'");
   binding.transform = config.transform(picture.colour_space, binding.space);
   return binding;
 }
@@ -63,6 +63,7 @@ triad_image describe_picture(const ImageSpec& picture, const InputBinding& bindi
   const bool colour = !binding.space.empty() && !config.is_data(binding.space);
   const auto matrix = colour ? config.rgb_to_xyz(config.linear_sibling(binding.space)) : rec709_to_xyz();
   std::copy(matrix.begin(), matrix.end(), image.rgb_to_xyz);
+  image.display_codes = config.has_display_codes(binding.space);
   return image;
 }
 

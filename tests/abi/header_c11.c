@@ -5,7 +5,7 @@
 _Static_assert(sizeof(triad_host) == TRIAD_HOST_SIZE_1_0, "triad_host");
 _Static_assert(sizeof(triad_param) == TRIAD_PARAM_SIZE_1_0, "triad_param");
 _Static_assert(sizeof(triad_input) == TRIAD_INPUT_SIZE_1_0, "triad_input");
-_Static_assert(sizeof(triad_image) == TRIAD_IMAGE_SIZE_1_0, "triad_image");
+_Static_assert(offsetof(triad_image, display_codes) == TRIAD_IMAGE_SIZE_1_0, "triad_image");
 _Static_assert(sizeof(triad_strip) == TRIAD_STRIP_SIZE_1_0, "triad_strip");
 _Static_assert(offsetof(triad_plan, work_bytes) == TRIAD_PLAN_SIZE_1_0, "triad_plan");
 _Static_assert(sizeof(triad_stage) == TRIAD_STAGE_SIZE_1_0, "triad_stage");
