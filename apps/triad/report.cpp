@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <triad/base/parallel.hpp>
 
 #include "options.hpp"
@@ -18,13 +19,16 @@ struct ReportOptions {
   int threads = 0;
 };
 
+const std::map<std::string, ReportEmbed> kEmbeds{
+    {"auto", ReportEmbed::kAuto}, {"all", ReportEmbed::kAll}, {"codes", ReportEmbed::kCodes}};
+
 void report_study(const ReportOptions& options) {
   require_viewer();
   if (options.threads > 0) set_thread_limit(options.threads);
   const std::string path =
       options.output.empty() ? (std::filesystem::path(options.folder) / "report.html").string() : options.output;
   const ReportData data = read_study_report(options.folder);
-  write_report(data, path, options.embed == "all" ? ReportEmbed::kAll : ReportEmbed::kAuto);
+  write_report(data, path, kEmbeds.at(options.embed));
   std::cout << path << std::endl;
 }
 
@@ -39,9 +43,9 @@ void setup_report(CLI::App& app) {
       ->check(not_empty());
   verb->add_option("--embed", options->embed,
                    "auto: past 100 MB the page holds 8-bit pictures, and the float data lies in a folder beside it, "
-                   "named after it; all: everything in one file")
+                   "named after it; codes: so do small ones; all: everything in one file")
       ->type_name("WHAT")
-      ->check(CLI::IsMember({"auto", "all"}))
+      ->check(CLI::IsMember({"auto", "all", "codes"}))
       ->capture_default_str();
   verb->add_option("--threads", options->threads, "Threads (default: all cores)")
       ->type_name("N")

@@ -59,7 +59,8 @@ struct ReportData {
 
 enum class ReportEmbed {
   kAuto,  // float data beside the page, and 8-bit pictures in it, where it would be larger than 100 MB
-  kAll    // one file, however large
+  kAll,   // one file, however large
+  kCodes  // always as kAuto does with a large one
 };
 
 // Throws Error(kUsage) if this build has no viewer (CMake's TRIAD_VIEWER=OFF).

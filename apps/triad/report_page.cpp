@@ -289,7 +289,7 @@ void write_report(const ReportData& data, const std::string& path, ReportEmbed e
   for (const Packed& one : packed) bytes += one.exact.size();
 
   std::string side_folder;
-  if (embed == ReportEmbed::kAuto && bytes > kLargestPage) {
+  if (embed == ReportEmbed::kCodes || (embed == ReportEmbed::kAuto && bytes > kLargestPage)) {
     side_folder = fs::path(path).stem().string() + "_data";
     const fs::path folder = fs::path(path).parent_path() / side_folder;
     std::error_code error;

@@ -60,7 +60,7 @@ export function buildBudget(report: Report, look: (picture: number, layout: stri
     const rows = valuesOf(report, axis).map((value) => {
       const own: Choice = {...choice, [axis]: value};
       const best = bestFor(pointsOf(report, own, x, y), budget.value, higher);
-      if (!best) return h("tr", {}, h("th", {scope: "row"}, value), h("td", {colspan: 3}, "nothing that cheap"));
+      if (!best) return h("tr", {}, h("th", {scope: "row"}, value), h("td", {colspan: 3}, "none within it"));
       const name = best.picture < 0 ? best.label : h("button", {type: "button", class: "link", click: () => look(best.picture, "")}, best.label);
       return h("tr", {}, h("th", {scope: "row"}, value), h("td", {}, name),
         h("td", {}, number(best.y, 3)), h("td", {}, cost(x, best.x)));

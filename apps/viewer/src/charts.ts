@@ -133,7 +133,7 @@ const legendOf = (all: Named<unknown>[]): HTMLElement =>
 export function drawHistogram(all: Named<Bin>[], width: number): HTMLElement {
   const flat = all.flatMap((one) => one.values.map((bin) => ({...bin, colour: one.style.colour, name: one.name})));
   return h("div", {}, legendOf(all), Plot.plot({
-    ...common(width), height: 240, x: axis("|error of luminance|, linear", true), y: {label: "↑ pixels (%)", percent: true},
+    ...common(width), height: 240, x: axis("|error of luminance|, linear light (at most 1e−5: in the first)", true), y: {label: "↑ pixels (%)", percent: true},
     marks: [
       Plot.rectY(flat, {x1: "from", x2: "to", y: "share", fill: "colour", fillOpacity: 0.45, stroke: "colour", mixBlendMode: "normal", className: "histogram"}),
       Plot.ruleY([0]),
@@ -146,7 +146,7 @@ export function drawSpectra(all: Named<Spectrum>[], width: number): HTMLElement 
   const flat = all.flatMap((one) =>
     one.values.filter((s) => s.power > 0).map((s) => ({...s, colour: one.style.colour, name: one.name})));
   return h("div", {}, legendOf(all), Plot.plot({
-    ...common(width), height: 240, x: axis("frequency (cycles/pixel)", true), y: axis("↑ noise power", true),
+    ...common(width), height: 240, x: {...axis("frequency (cycles/pixel)", true), nice: false}, y: axis("↑ noise power", true),
     marks: [Plot.lineY(flat, {x: "frequency", y: "power", z: "name", stroke: "colour", strokeWidth: 1.75, className: "spectrum"})],
     color: {type: "identity"}, ariaLabel: "Power spectrum of the error",
   }));

@@ -86,7 +86,7 @@ function recursiveBlur(sigma: number): LineBlur {
     const n = line.length;
     if (forward.length !== n) forward = new Float64Array(n);
     forward.fill(0);
-    const lead = Math.min(Math.ceil(6 * sigma), 4 * n);
+    const lead = Math.ceil(10 * sigma);
     for (const {n0, n1, d1, d2} of parts) {
       let y1 = 0;
       let y2 = 0;

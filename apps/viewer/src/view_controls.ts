@@ -136,7 +136,7 @@ export function buildControls(viewer: Viewer): () => void {
     legend.hidden = !isMap && !isDifference;
     if (legend.hidden) return;
     const stops = isMap
-      ? Array.from({length: 17}, (_, i) => [...kMagma.subarray(4 * i * 15.9375 | 0).subarray(0, 3)])
+      ? Array.from({length: 17}, (_, i) => [...kMagma.subarray(4 * Math.round(i * 15.9375)).subarray(0, 3)])
       : [[0, 0, 0], [255, 255, 255]];
     const bar = h("span", {class: "bar", role: "img", "aria-label": isMap ? "Colours of the error, from dark to light" : "Greys of the difference"});
     bar.style.background = `linear-gradient(90deg, ${stops.map((s) => `rgb(${s.join(" ")})`).join(", ")})`;
