@@ -7,6 +7,7 @@
 #include <string>
 #include <triad/evaluation/study.hpp>
 #include <triad/image/reader.hpp>
+#include <triad/pipeline/run.hpp>
 #include <utility>
 #include <vector>
 
@@ -74,5 +75,10 @@ void write_report(const ReportData& data, const std::string& path, ReportEmbed e
 
 // The results in a study's folder. Throws Error(kInput) if it has none that are finished, or they cannot be read.
 ReportData read_study_report(const std::string& folder);
+
+// The scores of pictures, which are files, beside their references, read with these options. A layout or distance
+// that is among the parameters of a metric is the one that scores belong to.
+ReportData comparison_report(const std::vector<MetricResult>& results, const ReadOptions& tests,
+                             const ReadOptions& references);
 
 }  // namespace triad::app
