@@ -91,7 +91,7 @@ test.before(async () => {
   makeStudy(study, (from, to) => succeed("run", from, "eye:layout=qd-oled,ppd=40,grid=pixels", "-o", to, "--depth", "float"));
   succeed("report", study);
   browser = await chromium.launch({executablePath: chrome, args: ["--no-sandbox", "--enable-unsafe-swiftshader"]});
-  context = await browser.newContext({viewport: {width: 1280, height: 900}, deviceScaleFactor: 1, colorScheme: "light", reducedMotion: "reduce"});
+  context = await browser.newContext({viewport: {width: 1024, height: 700}, deviceScaleFactor: 1, colorScheme: "light", reducedMotion: "reduce"});
   await context.setOffline(true);
   page = watch(await context.newPage());
   await open(page, path.join(study, "report.html"));
@@ -119,6 +119,18 @@ test("the same results give the same bytes, and calls that cannot work one line"
     assert.equal(stderr.trim().split("\n").length, 1, stderr);
     assert.match(stderr, what);
   }
+});
+
+test("the page is readable at 1024 pixels, and its controls have names", async () => {
+  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 1024);
+  const nameless = await page.evaluate(() =>
+    [...document.querySelectorAll("button, input, select, canvas, [role=slider], svg[role=img]")]
+      .filter((e) => !(e.getAttribute("aria-label") || e.labels?.[0]?.textContent.trim() || e.textContent.trim()))
+      .map((e) => e.outerHTML.slice(0, 100)));
+  assert.deepEqual(nameless, []);
+  const small = await page.evaluate(() =>
+    [...document.querySelectorAll("main button")].filter((e) => e.offsetHeight && Math.min(e.offsetHeight, e.offsetWidth) < 24).length);
+  assert.equal(small, 0, "targets are 24 pixels at least");
 });
 
 test("names with markup, quotes and Unicode are text", async () => {

@@ -83,6 +83,13 @@ export class PictureStore {
     return made;
   }
 
+  // What the page itself holds, at once: 8-bit values, where the float data is beside it.
+  preview(index: number): Promise<Picture> {
+    const info = this.infos[index];
+    if (!info?.side || this.kept.has(index)) return this.get(index);
+    return this.decode(index, info, this.embedded(index), info.format, "loading float data …");
+  }
+
   private async load(index: number): Promise<Picture> {
     const info = this.infos[index];
     if (!info) throw new Error(`there is no picture ${index}`);

@@ -128,6 +128,15 @@ export class Viewer {
     // The other picture too, so that its values can be read and flickering need not wait.
     const wanted = [...new Set([...picturesShown(this.state), this.state.a, this.state.b])].filter((i) => i >= 0);
     this.say("loading …");
+    if (!this.state.isSeen) {
+      const previews = await Promise.all(wanted.map((i) => this.store.preview(i)));
+      if (turn !== this.turn) return;
+      if (previews.some((p) => p.note)) {
+        this.loaded = new Map(previews.map((p) => [p.index, p]));
+        this.draw();
+        await new Promise((resolve) => setTimeout(resolve, 50)); // so that it is painted
+      }
+    }
     const pictures = await Promise.all(wanted.map((i) => this.store.get(i)));
     if (turn !== this.turn) return;
     this.loaded = new Map(pictures.map((p) => [p.index, p]));
