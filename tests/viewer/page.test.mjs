@@ -43,7 +43,11 @@ function watch(one) {
   one.on("request", (request) => requests.push(request.url()));
   return one;
 }
-const settled = (one) => one.waitForFunction(() => document.getElementById("canvas").getAttribute("aria-busy") === "false");
+// Not by waitForFunction(), which evaluates texts in the page, and the page forbids that.
+const settled = (one) => one.evaluate(() => new Promise((done) => {
+  const look = () => (document.getElementById("canvas").getAttribute("aria-busy") === "false" ? done() : setTimeout(look, 5));
+  look();
+}));
 async function open(one, file, hash = "") {
   await one.goto(pathToFileURL(file).href + hash);
   await settled(one);
@@ -64,6 +68,7 @@ async function placeOf(one, x, y, zoom, width = kWidth, height = kHeight) {
   return {x: Math.round(size.w / 2 - (width / 2) * zoom) + x * zoom, y: Math.round(size.h / 2 - (height / 2) * zoom) + y * zoom};
 }
 async function pointAt(one, x, y, zoom) {
+  await one.evaluate(() => document.getElementById("canvas").scrollIntoView({block: "center", behavior: "instant"}));
   const box = await one.locator("#canvas").boundingBox();
   const at = await placeOf(one, x, y, zoom);
   await one.mouse.move(box.x + at.x + zoom / 2, box.y + at.y + zoom / 2);
@@ -228,10 +233,11 @@ test("side by side, split, reference and arrows", async () => {
   const right = await placeOf(page, 28, 12, 8);
   nearColour(await colourAt(page, left.x + 4, left.y + 4), pictures.slow(20, 12).map(encode), "left of the handle");
   nearColour(await colourAt(page, right.x + 4, right.y + 4), truth(28, 12).map(encode), "right of it");
+  await page.evaluate(() => document.getElementById("canvas").scrollIntoView({block: "center", behavior: "instant"}));
   const handle = await page.locator("#handle").boundingBox();
-  await page.mouse.move(handle.x + handle.width / 2, handle.y + 9);
+  await page.mouse.move(handle.x + handle.width / 2, handle.y + 30);
   await page.mouse.down();
-  await page.mouse.move(handle.x + handle.width / 2 + 100, handle.y + 9);
+  await page.mouse.move(handle.x + handle.width / 2 + 100, handle.y + 30);
   await page.mouse.up();
   await frames(page);
   nearColour(await colourAt(page, right.x + 4, right.y + 4), pictures.slow(28, 12).map(encode), "once the handle has passed");

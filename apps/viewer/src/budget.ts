@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The first question: what is the best for so much time?
 import {isTime, unitOf, type Report} from "./data";
-import {byId, h, number, seconds} from "./dom";
+import {byId, h, number, seconds, select} from "./dom";
 import {bestFor, firstChoice, firstMeasures, pointsOf, valuesOf, type Choice, type Point} from "./statistics";
 
 export interface Budget {
@@ -17,7 +17,7 @@ export function buildBudget(report: Report, look: (picture: number, layout: stri
   const section = byId("budget");
   const {x, y} = firstMeasures(report);
   const choice = firstChoice(report);
-  const points = x && y ? pointsOf(report, choice, x, y) : [];
+  let points = x && y ? pointsOf(report, choice, x, y) : [];
   const budget: Budget = {value: NaN, measure: x};
   if (points.length < 2) {
     section.hidden = true;
@@ -30,7 +30,6 @@ export function buildBudget(report: Report, look: (picture: number, layout: stri
   const scale = isTime(x) ? 1000 : 1;
   const higher = report.higherIsBetter.includes(y);
 
-  // Where scores of several distances or panels are there, one is chosen.
   const panelNames = report.layouts.map((layout) => layout.name);
   const panel = h("select", {id: "budget-layout", "aria-label": "Panel"});
   for (const name of panelNames)
@@ -43,11 +42,15 @@ export function buildBudget(report: Report, look: (picture: number, layout: stri
   const places = h("div", {id: "answer-places"});
 
   const averaged = Object.entries(choice).filter(([, value]) => value === "").map(([axis]) => axis);
-  const fixed = Object.entries(choice).filter(([axis, value]) => value !== "" && valuesOf(report, axis).length > 1);
-  const scope = [
-    ...averaged.map((axis) => `mean over ${valuesOf(report, axis).length} ${axis}s`),
-    ...fixed.map(([axis, value]) => `${axis} ${value}`),
-  ].join(", ");
+  const scope = averaged.map((axis) => `mean over ${valuesOf(report, axis).length} ${axis}s`).join(", ");
+  // Where scores of several distances or panels are there, one is chosen.
+  const fixed = Object.keys(choice).filter((axis) => choice[axis] !== "" && valuesOf(report, axis).length > 1);
+  const chosen = fixed.map((axis) =>
+    select(`budget-${axis}`, axis, valuesOf(report, axis).map((v): [string, string] => [v, v]), choice[axis] ?? "", (value) => {
+      choice[axis] = value;
+      points = pointsOf(report, choice, x, y);
+      update();
+    }).element);
 
   const buttons = (point: Point): HTMLElement[] => point.picture < 0 ? [] : [
     h("button", {type: "button", id: "look", class: "primary", click: () => look(point.picture, "")}, "Look at its picture"),
@@ -70,7 +73,7 @@ export function buildBudget(report: Report, look: (picture: number, layout: stri
 
   const update = (): void => {
     const best = bestFor(points, budget.value, higher);
-    const cheapest = points.find((point) => point.x === least) as Point;
+    const cheapest = [...points].sort((a, b) => a.x - b.x)[0] as Point;
     answer.replaceChildren(...(best
       ? [
           h("p", {class: "winner"}, h("strong", {id: "winner"}, best.label)),
@@ -78,7 +81,7 @@ export function buildBudget(report: Report, look: (picture: number, layout: stri
             h("b", {}, `${y} ${number(best.y, 3)}`), ` in ${cost(x, best.x)}`, scope ? ` (${scope})` : ""),
           h("p", {class: "row"}, ...buttons(best)),
         ]
-      : [h("p", {class: "winner"}, "Nothing is that cheap."), h("p", {}, `The cheapest is ${cheapest.label}, ${cost(x, least)}.`)]));
+      : [h("p", {class: "winner"}, "Nothing is that cheap."), h("p", {}, `The cheapest is ${cheapest.label}, ${cost(x, cheapest.x)}.`)]));
     const rows = placeRows();
     places.replaceChildren(...(rows ? [rows] : []));
     changed(budget);
@@ -98,7 +101,9 @@ export function buildBudget(report: Report, look: (picture: number, layout: stri
     h("h2", {}, "Best for a budget"),
     h("div", {class: "budget-grid"},
       h("div", {},
-        h("label", {class: "field budget"}, h("span", {}, `Budget, ${x}`), h("span", {class: "row"}, entry, isTime(x) ? "ms" : unitOf(x) || x)),
+        h("div", {class: "toolbar"},
+          h("label", {class: "field"}, h("span", {}, `Budget, ${x}`), h("span", {class: "row"}, entry, isTime(x) ? "ms" : unitOf(x) || x)),
+          ...chosen),
         slide, answer),
       places));
   update();
