@@ -80,5 +80,8 @@ ReportData read_study_report(const std::string& folder);
 // that is among the parameters of a metric is the one that scores belong to.
 ReportData comparison_report(const std::vector<MetricResult>& results, const ReadOptions& tests,
                              const ReadOptions& references);
+// The same from the file that `triad compare --json` wrote; pictures are looked for where it says that they are.
+// Throws Error(kInput) for another file.
+ReportData read_comparison_report(const std::string& path, const ReadOptions& tests, const ReadOptions& references);
 
 }  // namespace triad::app

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures beside their references as a report.
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
+#include <triad/base/error.hpp>
+#include <triad/base/file.hpp>
 #include <triad/base/text.hpp>
 
 #include "report.hpp"
 
 namespace triad::app {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 void add_once(std::vector<std::string>& names, const std::string& name) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
@@ -63,6 +69,36 @@ ReportData comparison_report(const std::vector<MetricResult>& results, const Rea
     }
   }
   return data;
+}
+
+ReportData read_comparison_report(const std::string& path, const ReadOptions& tests, const ReadOptions& references) {
+  const Json json = Json::parse(read_text_file(path), nullptr, false);
+  const std::string what =
+      "'" + path + "': a report is made of what triad compare --json wrote, or of a study's folder";
+  if (!json.is_object() || !json.contains("results") || !json["results"].is_array() || json["results"].empty())
+    throw_input(what);
+  std::vector<MetricResult> results;
+  try {
+    for (const Json& one : json["results"]) {
+      MetricResult& result = results.emplace_back();
+      result.test = one.at("test").get<std::string>();
+      result.reference = one.at("reference").get<std::string>();
+      result.metric = one.at("metric").get<std::string>();
+      result.label = one.at("label").get<std::string>();
+      for (const auto& [name, value] : one.at("parameters").items())
+        result.parameters.emplace_back(name, value.is_string() ? value.get<std::string>() : value.dump());
+      for (const auto& [name, value] : one.at("scores").items()) {
+        const std::string better = one.at("better").value(name, "lower");
+        const double number = value.is_number()   ? value.get<double>()
+                              : value.is_string() ? parse_double(value.get<std::string>()).value_or(NAN)
+                                                  : NAN;
+        result.scores.push_back({name, "", number, better == "higher" ? 1 : better == "zero" ? 0 : -1});
+      }
+    }
+  } catch (const nlohmann::json::exception& wrong) {
+    throw_input(what + " (" + wrong.what() + ")");
+  }
+  return comparison_report(results, tests, references);
 }
 
 }  // namespace triad::app

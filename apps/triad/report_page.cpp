@@ -10,6 +10,7 @@
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
 #include <triad/base/parallel.hpp>
+#include <triad/base/text.hpp>
 #include <triad/colour/file_space.hpp>
 #include <triad/display/layout.hpp>
 #include <triad/display/vision.hpp>
@@ -234,7 +235,9 @@ std::string other_table(const ReportTable& table) {
   html += "</tr></thead>\n<tbody>\n";
   for (const auto& row : table.rows) {
     html += "<tr>";
-    for (const std::string& cell : row) html += "<td>" + escaped(cell) + "</td>";
+    for (const std::string& cell : row)
+      html +=
+          (parse_double(cell) ? "<td data-value=\"" + cell + "\">" : "<td class=\"text\">") + escaped(cell) + "</td>";
     html += "</tr>\n";
   }
   return html + "</tbody></table></div>\n";

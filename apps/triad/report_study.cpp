@@ -250,7 +250,9 @@ ReportData read_results(const std::string& folder) {
 ReportData read_study_report(const std::string& folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error))
-    throw_input("'" + folder + "' is no folder; a report is made of a study's: triad study PLAN -o DIR");
+    throw_input("'" + folder +
+                "' is not there; a report is made of a study's folder (triad study PLAN -o DIR), or of what triad "
+                "compare --json wrote");
   try {
     return read_results(folder);
   } catch (const nlohmann::json::exception& wrong) {

@@ -115,9 +115,10 @@ test("the same results give the same bytes, and calls that cannot work one line"
   fs.writeFileSync(path.join(folder, "broken", "results.json"), '{"runs": [{}]}');
   fs.writeFileSync(path.join(folder, "broken", "plan.json"), "{}");
   for (const [words, what] of [
-    [["report", path.join(folder, "nowhere")], /is no folder/], [["report", path.join(folder, "empty")], /has no results\.json/],
+    [["report", path.join(folder, "nowhere")], /is not there/], [["report", path.join(folder, "empty")], /has no results\.json/],
     [["report", path.join(folder, "broken")], /not as a study writes it/],
     [["report", study, "-o", path.join(folder, "nowhere", "r.html")], /nowhere/], [["report", study, "--embed", "some"], /--embed/],
+    [["report", path.join(study, "plan.json")], /triad compare --json/], [["report", study, "--ref-cells", "3x1"], /--ref-cells/],
   ]) {
     const {status, stderr} = triad(...words);
     assert.equal(status, 2, stderr);
@@ -257,7 +258,7 @@ test("side by side, split, reference and arrows", async () => {
   nearColour(await colourAt(page, half + 2 + half / 2 + 3, size[1] / 2 + 3), pictures.cheap(24, 16).map(encode), "picture");
   await click(page, "flicker");
   const captions = new Set();
-  for (let i = 0; i < 12 && captions.size < 2; ++i) {
+  for (let i = 0; i < 60 && captions.size < 2; ++i) {
     captions.add(await page.locator("#caption").textContent());
     await page.waitForTimeout(150);
   }
@@ -366,6 +367,25 @@ test("float data beside the page is loaded when looked at, or its codes are show
   assert.match(await beside.locator("#view-notes").textContent(), /8-bit values only/);
   complaints.length = before; // the browser says that the files are missing, and so does the page
   await beside.close();
+});
+
+test("compared pictures have a report, too", async () => {
+  const [one, two, reference] = ["pictures/001-first-good.exr", "pictures/000-first-cheap.exr", "references/first.exr"]
+    .map((name) => path.join(study, name));
+  const json = path.join(folder, "scores.json");
+  succeed("run", reference, "box:x=3", "-o", path.join(folder, "mean.exr"), "--depth", "float");
+  succeed("compare", one, two, "--ref", path.join(folder, "mean.exr"), "-m", "error", "--json", json);
+  succeed("report", json);
+  const compared = watch(await context.newPage());
+  await open(compared, path.join(folder, "scores.html"));
+  assert.equal(await compared.locator("#budget").isVisible(), false, "there is nothing to spend");
+  assert.equal(await compared.locator("#runs tbody tr").count(), 2);
+  await click(compared, "view-one", "zoom-fit", "zoom-800");
+  await pointAt(compared, 30, 12, 8);
+  assert.match(await compared.locator("#probe p").textContent(), /error 0\.05$/);
+  const column = (await compared.locator("#runs thead th").allTextContents()).indexOf("rmse") + 1;
+  near(Number(await compared.locator(`#runs tbody tr:first-child td:nth-child(${column})`).getAttribute("data-value")), 0.05, 1e-6);
+  await compared.close();
 });
 
 test("without WebGL2 the same colours", async () => {
