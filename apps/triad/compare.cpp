@@ -60,7 +60,8 @@ void compare(const CompareOptions& options) {
   check_threshold_names(thresholds, metrics, host);
 
   ReadOptions read_reference = options.picture.read_reference();
-  if (read_reference.channels.empty()) read_reference.channels = options.picture.read().channels;
+  if (read_reference.channels.empty() && read_reference.layer.empty())
+    read_reference.channels = options.picture.read().channels;
   std::vector<MetricResult> results;
   Progress progress("compare");
   for (size_t i = 0; i < pairs.size(); ++i) {

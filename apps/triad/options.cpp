@@ -66,6 +66,9 @@ void PictureOptions::add(CLI::App& verb, const std::string& to_doc) {
            "A,B,...");
   add_text(verb, "--ref-channels", ref_channels, "Channels of the reference (compare: as --channels by default)",
            "A,B,...");
+  add_text(verb, "--layer", layer,
+           "Layer (AOV) of a file of several, of the reference too: albedo, N, Z; see triad info", "NAME");
+  add_text(verb, "--ref-layer", ref_layer, "Layer of the reference (default: that of --layer)", "NAME");
   verb.add_option("--threads", threads, "Threads (default: all cores)")
       ->type_name("N")
       ->check(CLI::Range(1, kMostThreads));
@@ -77,7 +80,7 @@ void PictureOptions::add(CLI::App& verb, const std::string& to_doc) {
 }
 
 bool PictureOptions::names_reference() const {
-  return !ref_cells.empty() || !ref_from.empty() || !ref_part.empty() || !ref_channels.empty();
+  return !ref_cells.empty() || !ref_from.empty() || !ref_part.empty() || !ref_channels.empty() || !ref_layer.empty();
 }
 
 namespace {
@@ -90,8 +93,10 @@ std::vector<std::string> channel_names(const std::string& text) {
 }  // namespace
 
 ReadOptions PictureOptions::read() const {
+  if (!layer.empty() && !channels.empty()) throw_usage("--layer and --channels exclude each other");
   ReadOptions options;
   options.part = part;
+  options.layer = layer;
   options.channels = channel_names(channels);
   options.colour_space = from;
   if (!cells.empty()) options.cells = parse_cells(cells, "--cells");
@@ -99,8 +104,10 @@ ReadOptions PictureOptions::read() const {
 }
 
 ReadOptions PictureOptions::read_reference() const {
+  if (!ref_layer.empty() && !ref_channels.empty()) throw_usage("--ref-layer and --ref-channels exclude each other");
   ReadOptions options;
   options.part = ref_part;
+  options.layer = !ref_layer.empty() ? ref_layer : ref_channels.empty() ? layer : "";
   options.channels = channel_names(ref_channels);
   options.colour_space = ref_from;
   if (!ref_cells.empty()) options.cells = parse_cells(ref_cells, "--ref-cells");

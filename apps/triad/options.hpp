@@ -29,7 +29,8 @@ struct HostOptions {
 
 // How pictures are read and the work is cut.
 struct PictureOptions {
-  std::string cells, ref_cells, from, ref_from, to, part, ref_part, channels, ref_channels, max_memory;
+  std::string cells, ref_cells, from, ref_from, to, part, ref_part, channels, ref_channels, layer, ref_layer,
+      max_memory;
   int threads = 0, strip_rows = 0;
 
   void add(CLI::App& verb, const std::string& to_doc);

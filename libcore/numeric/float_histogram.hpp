@@ -26,10 +26,11 @@ inline constexpr uint32_t kZeroKey = 0x80000000u;     // 0
 inline constexpr uint32_t kLargestKey = 0xff800000u;  // +infinity
 inline constexpr size_t kFloatBins = 65536;           // a bin for each value of a key's upper 16 bits
 
-// What one thread counts: 1 MiB, of which little is touched. At most 2^31 values of any weights.
+// What one thread counts: 1 MiB, of which little is touched.
 class FloatBins {
  public:
   static constexpr uint32_t kMostWeight = 65535;
+  static constexpr int64_t kMostValues = int64_t{1} << 31;  // twice as many, of the largest weight, still fit
 
   FloatBins();
   void add(uint32_t key, uint32_t weight) {
