@@ -14,6 +14,7 @@ namespace triad {
 
 struct ReadOptions {
   std::string part;                   // of a multi-part file, by name or number from 0; "" the first
+  std::string layer;                  // of a multi-layer file, see ImageReader; "" what is outside its layers
   std::vector<std::string> channels;  // which, in this order, by name as in the file; {} see ImageReader::open
   std::string colour_space;           // overrides what the file says (--from)
   std::optional<Cells> cells;         // overrides what the file says (--cells)
