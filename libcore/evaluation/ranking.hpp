@@ -40,14 +40,17 @@ double badness(double value, int better);
 // Entries without a score (not finite values, an error) come last and have the rank 0.
 struct Ranking {
   struct Entry {
-    std::string name;                // the test picture's path, or the sequence's pattern
-    std::vector<size_t> pictures;    // indices into the judged pictures: one, or a sequence's frames, worst first
-    std::optional<double> value;     // of the score; a sequence's is the mean of its frames'
+    std::string name;              // the test picture's path, or the sequence's pattern
+    std::vector<size_t> pictures;  // indices into the judged pictures: one, or a sequence's frames, worst first
+    std::optional<double> value;   // of the score; a sequence's is the mean of its frames'
     int rank = 0;
   };
-  std::string label, score;  // of the metric listed, and LABEL.SCORE or SCORE that decides
-  std::string key;           // "rmse", or "display.rmse" where another metric decides
+  std::string label;           // of the metric listed
+  RankKey by;                  // what decides about the order, perhaps another metric's score
   std::vector<Entry> entries;  // best first
+
+  // "rmse", or "display.rmse" where another metric decides.
+  std::string by_text() const { return by.label == label ? by.score : by.label + "." + by.score; }
 };
 
 // One per metric, each by its own main score, or all by `key`. `main_scores`: as main_score() has them, by metric.
@@ -55,8 +58,8 @@ std::vector<Ranking> rank_pictures(const std::vector<JudgedPicture>& pictures, c
                                    const std::vector<std::string>& main_scores, const std::optional<RankKey>& key);
 
 struct TableOptions {
-  size_t top = 20;                  // rows of a list; 0 all
-  std::vector<PooledName> pooled;   // shown beside the metrics' own scores
+  size_t top = 20;                    // rows of a list; 0 all
+  std::vector<PooledName> pooled;     // shown beside the metrics' own scores
   std::vector<Threshold> thresholds;  // rows that cross one are marked
 };
 
@@ -74,14 +77,19 @@ std::string pictures_to_csv(const std::vector<JudgedPicture>& pictures);
 struct ShownFile {
   std::string kind;  // "map", "sheet"
   std::string test, label, file;
-  std::optional<double> low, high;  // values that the first and last colour stand for
-  std::string colour_map;
+  struct Scale {
+    std::string label;
+    double low = 0, high = 1;  // what the first and last colour stand for
+  };
+  std::vector<Scale> scales;  // one for each map in colours
+  std::string colour_map;     // "" for a map of floats
 };
 
 // What results_to_json() writes, with
 // "ranking":[{"label","score","order":[{"rank","test" or "sequence","reference","value","frames","worst-frame"}]}],
 // "sequences":[{"sequence","label","score","frames":[{"frame","test","value"}] worst first,"mean":{}}],
-// "failed":[{"test","reference","error"}] and "files":[{"kind","test","label","file","low","high","colour-map"}],
+// "failed":[{"test","reference","error"}] and
+// "files":[{"kind","test","label","file","colour-map","scales":{LABEL:{"low","high"}}}],
 // each of the last three only where there is something to say.
 std::string ranking_to_json(const std::vector<JudgedPicture>& pictures, const std::vector<Ranking>& rankings,
                             const std::vector<ShownFile>& files);

@@ -44,7 +44,7 @@ std::array<ColourCode, 256> make_table(const Polynomial (&channels)[3]) {
 }
 
 constexpr ColourCode kGrey{128, 128, 128};
-constexpr double kShare = .99;     // of the values, that a scale covers
+constexpr double kShare = .99;      // of the values, that a scale covers
 constexpr unsigned kBinShift = 16;  // bits of a float that its bin does not see
 
 }  // namespace
