@@ -216,7 +216,7 @@ void Run::Impl::add_metrics(PluginHost& host) {
     }
     if (!node->map_path.empty()) {
       if (node->plan.out.channels == 0)
-        throw_usage("'" + std::string(desc.id) + "' makes no error map; leave --map out");
+        throw_usage("'" + std::string(desc.id) + "' makes no error map; leave --map and --sheet out");
       node->map_spec.width = node->plan.out.width;
       node->map_spec.height = node->plan.out.height;
       if (node->map_spec.width != test.width || node->map_spec.height != test.height)
