@@ -45,6 +45,12 @@ NonFinite treat_nonfinite(const StripBuffer& buffer, RowRange rows, bool zero) {
   return found;
 }
 
+// Errors are measurements: where a format can, it keeps them as floats.
+std::unique_ptr<ImageWriter> open_map_writer(const MetricNode& metric) {
+  const bool codes = is_display_encoded_format(metric.map_path, Depth::kDefault);
+  return ImageWriter::open(metric.map_path, metric.map_spec, {codes ? Depth::kDefault : Depth::kFloat, ""});
+}
+
 }  // namespace
 
 struct Run::Impl::Token {
@@ -467,8 +473,7 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
     run.writers.push_back(std::make_unique<PictureKeeper>(*run.kept));
   }
   for (const auto& metric : metrics)
-    run.map_writers.push_back(metric->map_path.empty() ? nullptr
-                                                       : ImageWriter::open(metric->map_path, metric->map_spec));
+    run.map_writers.push_back(metric->map_path.empty() ? nullptr : open_map_writer(*metric));
   for (const auto& metric : metrics) run.poolings.push_back(metric->pools() ? make_pooling(*metric) : nullptr);
   run.metric_states.resize(metrics.size());
   run.nonfinite_of_references.resize(references.size());

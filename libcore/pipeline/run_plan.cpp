@@ -231,7 +231,7 @@ void Run::Impl::add_map(MetricNode& node, const MetricRequest& asked) const {
   const ImageSpec& test = level(levels());
   const std::string& id = node.instance.info().id();
   const int channels = node.plan.out.channels;
-  if (!node.map_path.empty() && channels == 0) throw_usage("'" + id + "' makes no error map; leave --map out");
+  if (!node.map_path.empty() && channels == 0) throw_usage("'" + id + "' makes no error map; leave --map and --sheet out");
   triad_rect pool = node.plan.plan.pool;
   if (const auto& crop = request.crop)
     pool = {std::max(pool.x0, crop->x), std::max(pool.y0, crop->y), std::min(pool.x1, crop->x + crop->width),
