@@ -68,7 +68,7 @@ TEST_F(Pool, LayersByName) {
   EXPECT_EQ(mae({"--layer", "Z"}), 0);
   EXPECT_GT(mae({"--layer", "albedo", "--ref-channels", "R,G,B"}), .1);
   expect_refusal({"compare", "b.exr", "--ref", "a.exr", "-m", "error", "--layer", "normal"},
-                 {"b.exr", "no layer 'normal'", "'albedo', 'Z'"});
+                 {"b.exr", "no layer 'normal'", "'Z', 'albedo'"});
   expect_refusal({"compare", "b.exr", "--ref", "a.exr", "-m", "error", "--layer", "Z", "--channels", "R"},
                  {"--layer", "--channels"});
 }
