@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
 #include <triad/image/internal/file_check.hpp>
@@ -29,10 +30,10 @@ class OiioReader final : public ImageReader {
     config.attribute("oiio:UnassociatedAlpha", 1);  // or else integers lose bits by being associated in 8 bits
     OIIO::ImageSpec first;
     if (!input_->open(path, first, config)) refuse_header(input_->geterror());
-    choose_part(options.part, format);
+    const image::ChannelChoice choice = choose(options, format);
     check(format);
-    image::describe(path, format, native_, options, spec_, info_);
-    plan_channels(options);
+    image::describe(path, format, native_, options, choice, spec_, info_);
+    plan_channels(options, choice);
     block_rows_ = image::block_rows(format, native_);
     decoder_bytes_ = count_decoder_bytes(format);
   }
@@ -81,7 +82,23 @@ class OiioReader final : public ImageReader {
     return native_.image_bytes(true);
   }
 
-  void choose_part(const std::string& wanted, const std::string& format) {
+  // Opens the part and says which of its channels are wanted.
+  image::ChannelChoice choose(const ReadOptions& options, const std::string& format) {
+    if (!options.layer.empty() && !options.channels.empty())
+      throw_usage("'" + path_ + "': a layer ('" + options.layer + "') and channels cannot be chosen both");
+    part_ = find_part(options.part, format);
+    std::optional<image::LayerChoice> layer;
+    if (!options.layer.empty()) {
+      layer = image::choose_layer(path_, info_.parts, options.part.empty() ? -1 : part_, options.layer);
+      part_ = layer->part;
+    }
+    if (!input_->seek_subimage(part_, 0))
+      fail(path_, "cannot go to part " + std::to_string(part_), input_->geterror());
+    native_ = input_->spec();
+    return layer ? layer->channels : image::choose_channels(path_, native_.channelnames, options);
+  }
+
+  int find_part(const std::string& wanted, const std::string& format) {
     int chosen = -1;
     std::vector<std::string> names;
     // Only these two have parts of equal standing; GIF's and WebP's are frames that must be decoded in order.
@@ -108,10 +125,7 @@ class OiioReader final : public ImageReader {
     if (chosen < 0)
       throw_input("'" + path_ + "' has no part '" + wanted + "'" + did_you_mean(wanted, names) + "; it has " +
                   join(names, ", ") + " (or by number, 0 to " + std::to_string(info_.parts.size() - 1) + ")");
-    part_ = chosen;
-    if (!input_->seek_subimage(part_, 0))
-      fail(path_, "cannot go to part " + std::to_string(part_), input_->geterror());
-    native_ = input_->spec();
+    return chosen;
   }
 
   // What only the decoder's own view of the header tells.
@@ -137,8 +151,7 @@ class OiioReader final : public ImageReader {
     image::check_length(path_, image::file_size(path_), static_cast<double>(native_.image_bytes(true)), ratio);
   }
 
-  void plan_channels(const ReadOptions& options) {
-    const image::ChannelChoice choice = image::choose_channels(path_, native_.channelnames, options);
+  void plan_channels(const ReadOptions& options, const image::ChannelChoice& choice) {
     indices_ = choice.file_indices;
     const bool straight = native_.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
     if (straight != options.straight_alpha) {
