@@ -112,8 +112,10 @@ std::vector<JudgedPicture> judge_all(const std::vector<ComparePair>& pairs, Comp
         maps.done(i, one, result, comparison.colours);
         picture.results = std::move(result.metrics);
       } catch (const Error& error) {
-        picture.error = error.what();
-        throw;
+        // A metric's own message does not say of which picture it is.
+        const std::string what = error.what();
+        picture.error = what.find(pairs[i].test) == std::string::npos ? pairs[i].test + ": " + what : what;
+        throw Error(error.kind(), picture.error);
       }
     });
     if (!done) maps.failed(i);

@@ -180,11 +180,11 @@ TEST_F(CompareMany, FindsReferencesByNameInAFolder) {
   fs::create_directories(folder_ / "approved");
   grey("approved/far.exr", 1);
   grey("approved/near.exr", .5);
-  save(path("approved/mid.png"), constant(6, 4, {0, 0, 0}), "uint8");  // the same stem will do
+  save(path("approved/mid.png"), constant(6, 4, {1, 1, 1}), "uint8");  // the same stem will do
   const auto results = compare({"renders", "--ref", "approved/", "-m", "error"});
   ASSERT_EQ(results.size(), 3u);
   EXPECT_EQ(results[0]["scores"]["mae"], 0);
-  EXPECT_EQ(results[1]["scores"]["mae"], .25);
+  EXPECT_EQ(results[1]["scores"]["mae"], .75);
   EXPECT_EQ(results[1]["reference"], "approved/mid.png");
   EXPECT_EQ(results[2]["scores"]["mae"], .0625);
   fs::remove(folder_ / "approved/near.exr");
