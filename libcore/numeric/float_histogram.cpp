@@ -6,41 +6,60 @@
 namespace triad {
 namespace {
 
-constexpr size_t kPage = 256;  // bins
+constexpr int kPackedShift = 40;
+constexpr uint64_t kPackedLow = (uint64_t{1} << kPackedShift) - 1;
+constexpr size_t kMostPacked = size_t{1} << 24;  // values of which neither half overflows
 constexpr size_t kLeastBin = kLeastKey >> 16,
                  kLargestBin = kLargestKey >> 16;  // of the infinities, and of them alone
 
 }  // namespace
 
-FloatBins::FloatBins() : bins_(std::make_unique<Bin[]>(kFloatBins)) {}
+FloatBins::FloatBins()
+    : bins_(std::make_unique<Bin[]>(kFloatBins)), packed_(std::make_unique<uint64_t[]>(kFloatBins)) {}
 
-void FloatBins::add(const uint32_t* keys, size_t count) {
-  Bin* const bins = bins_.get();
-  for (size_t i = 0; i < count; ++i) {
-    const uint32_t key = keys[i];
-    touched_[key >> 24] = 1;
-    Bin& bin = bins[key >> 16];
-    bin.weight += 1;
-    bin.low += key & 0xffffu;
+void FloatBins::add(const uint32_t* keys, size_t count, uint32_t least, uint32_t largest) {
+  least_ = std::min(least_, least >> 16);
+  largest_ = std::max(largest_, largest >> 16);
+  uint64_t* const packed = packed_.get();
+  while (count > 0) {
+    if (packed_count_ == kMostPacked) unpack();
+    const size_t now = std::min(count, kMostPacked - packed_count_);
+    for (size_t i = 0; i < now; ++i) packed[keys[i] >> 16] += (uint64_t{1} << kPackedShift) + (keys[i] & 0xffffu);
+    packed_count_ += now;
+    keys += now;
+    count -= now;
   }
 }
 
+void FloatBins::unpack() {
+  for (size_t bin = least_; bin <= largest_; ++bin) {
+    bins_[bin].weight += packed_[bin] >> kPackedShift;
+    bins_[bin].low += packed_[bin] & kPackedLow;
+    packed_[bin] = 0;
+  }
+  packed_count_ = 0;
+}
+
 void FloatBins::clear() {
-  for (size_t page = 0; page < touched_.size(); ++page)
-    if (touched_[page]) std::fill_n(&bins_[page * kPage], kPage, Bin{});
-  touched_ = {};
+  if (least_ <= largest_) {
+    std::fill(&bins_[least_], &bins_[largest_] + 1, Bin{});
+    std::fill(&packed_[least_], &packed_[largest_] + 1, 0);
+  }
+  packed_count_ = 0;
+  least_ = kFloatBins;
+  largest_ = 0;
 }
 
 FloatHistogram::FloatHistogram()
     : weight_(std::make_unique<uint64_t[]>(kFloatBins)), low_(std::make_unique<Uint128[]>(kFloatBins)) {}
 
 void FloatHistogram::merge(const FloatBins& part) {
-  for (size_t page = 0; page < part.touched_.size(); ++page) {
-    if (!part.touched_[page]) continue;
-    for (size_t bin = page * kPage; bin < (page + 1) * kPage; ++bin) {
-      weight_[bin] += part.bins_[bin].weight;
-      low_[bin] += part.bins_[bin].low;
-    }
+  for (size_t bin = part.least_; bin <= part.largest_; ++bin) {
+    const uint64_t packed = part.packed_[bin];
+    const FloatBins::Bin& own = part.bins_[bin];
+    if (packed == 0 && own.weight == 0) continue;
+    weight_[bin] += own.weight + (packed >> kPackedShift);
+    low_[bin] += own.low + (packed & kPackedLow);
   }
 }
 

@@ -82,7 +82,7 @@ void Pooling::Block::add_row(const float* values, const float* weights, int pixe
       look_for([](uint32_t key) { return key < kLeastKey || key > kLargestKey; });
     if (range.least < min_key_) look_for([&](uint32_t key) { return key == range.least; });
     if (range.largest > max_key_) look_for([&](uint32_t key) { return key == range.largest; });
-    bins_.add(keys, count);
+    bins_.add(keys, count, range.least, range.largest);
     chunk_.count += count;
     return;
   }
@@ -90,7 +90,7 @@ void Pooling::Block::add_row(const float* values, const float* weights, int pixe
   size_t kept = 0;
   for (int i = 0; i < pixels; ++i, values += channels) {
     const float share = weights[i] > 0 ? std::min(weights[i], 1.0f) : 0.0f;
-    const auto weight = static_cast<uint32_t>(std::lround(static_cast<double>(share) * FloatBins::kMostWeight));
+    const auto weight = static_cast<uint32_t>(static_cast<double>(share) * FloatBins::kMostWeight + .5);
     if (weight == 0) continue;
     for (int c = 0; c < channels; ++c) {
       const uint32_t key = float_key(values[c]);
@@ -232,11 +232,11 @@ void Pooling::look_again(std::vector<Wanted>& wanted, Result& result) const {
   }
   const double low = result.low = std::min(0.0, static_cast<double>(key_float(least)));
   const double high = result.high = std::max(0.0, static_cast<double>(key_float(largest)));
-  const double width = high > low ? high - low : 1;
+  const double bins_per_unit = high > low ? kPooledHistogramBins / (high - low) : 0;
 
   struct Part {
     std::vector<uint64_t> lower;  // 65536 for each slot
-    std::array<uint64_t, kPooledHistogramBins> histogram{};
+    std::array<std::array<uint64_t, kPooledHistogramBins>, 2> histogram{};
   };
   std::vector<Part> found(static_cast<size_t>(parts));
   parallel_for(parts, [&](int64_t index) {
@@ -250,25 +250,36 @@ void Pooling::look_again(std::vector<Wanted>& wanted, Result& result) const {
         const uint32_t* const run = keys + begin;
         run_widest([&]() TRIAD_INLINE_BODY {
           for (size_t i = 0; i < n; ++i) {
-            const double at = (static_cast<double>(key_float(run[i])) - low) * kPooledHistogramBins / width;
-            bins[i] = static_cast<int32_t>(std::min(std::max(at, 0.0), kPooledHistogramBins - 1.0));
+            // Not a number (an infinity times a width of none) becomes 0 here.
+            const double at = (static_cast<double>(key_float(run[i])) - low) * bins_per_unit;
+            bins[i] = static_cast<int32_t>(std::min(std::max(0.0, at), kPooledHistogramBins - 1.0));
           }
         });
-        for (size_t i = 0; i < n; ++i) {
-          const uint32_t key = run[i];
-          const uint64_t weight = weights ? weights[begin + i] : 1;
-          part.histogram[static_cast<size_t>(bins[i])] += weight;
-          if (const size_t slot = slot_of[key >> 16]) part.lower[(slot - 1) * kFloatBins + (key & 0xffffu)] += weight;
-        }
+        // Neighbours often fall into one bin, and then wait for each other's sum: even and odd ones have their own.
+        const auto count_run = [&](const auto& weight_of) {
+          for (size_t i = 0; i < n; ++i) {
+            const uint32_t key = run[i];
+            const uint64_t weight = weight_of(i);
+            part.histogram[i % 2][static_cast<size_t>(bins[i])] += weight;
+            if (const size_t slot = slot_of[key >> 16])
+              part.lower[(slot - 1) * kFloatBins + (key & 0xffffu)] += weight;
+          }
+        };
+        if (weights)
+          count_run([&](size_t i) -> uint64_t { return weights[begin + i]; });
+        else
+          count_run([](size_t) -> uint64_t { return 1; });
       }
     });
   });
   for (size_t p = 1; p < found.size(); ++p) {
     for (size_t i = 0; i < found[0].lower.size(); ++i) found[0].lower[i] += found[p].lower[i];
-    for (size_t i = 0; i < kPooledHistogramBins; ++i) found[0].histogram[i] += found[p].histogram[i];
+    for (size_t half = 0; half < 2; ++half)
+      for (size_t i = 0; i < kPooledHistogramBins; ++i) found[0].histogram[half][i] += found[p].histogram[half][i];
   }
-  for (const uint64_t count : found[0].histogram)
-    result.histogram.push_back(static_cast<double>(count) / (weighted_ ? FloatBins::kMostWeight : 1));
+  for (size_t i = 0; i < kPooledHistogramBins; ++i)
+    result.histogram.push_back(static_cast<double>(found[0].histogram[0][i] + found[0].histogram[1][i]) /
+                               (weighted_ ? FloatBins::kMostWeight : 1));
 
   const uint64_t total = histogram_.total();
   const ExactSum sum = histogram_.sum();
@@ -299,7 +310,7 @@ uint64_t Pooling::held_bytes(bool weighted, uint64_t keep_bytes, uint64_t values
 }
 
 uint64_t Pooling::block_bytes(bool weighted, uint64_t capacity) {
-  return kFloatBins * 2 * sizeof(uint64_t) + capacity * (weighted ? 6 : 4);
+  return kFloatBins * 3 * sizeof(uint64_t) + capacity * (weighted ? 6 : 4);
 }
 
 uint64_t Pooling::finish_bytes(uint64_t values) {

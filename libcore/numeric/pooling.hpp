@@ -67,7 +67,7 @@ class Pooling {
     // weight) reaches that share of the whole sum. As FLIP's reference tool pools its error maps (Andersson et al.,
     // FLIP: A Difference Evaluator for Alternating Images, HPG 2020). None when there are negative values.
     std::optional<std::array<double, kPooledPercents.size()>> weighted;
-    // floor(100 (v - low) / (high - low)) in double, the largest value in the last bin; all in the first where the
+    // floor((v - low) (100 / (high - low))) in double, the largest value in the last bin; all in the first where the
     // two are equal. Infinities are in the first and last.
     double low = 0, high = 0;  // min(0, least) and max(0, largest) of the finite values
     std::vector<double> histogram;
