@@ -285,6 +285,14 @@ TEST_F(CompareMany, MapsShareAScaleUnlessTold) {
   EXPECT_TRUE(exists("maps/near.error.png"));
 }
 
+TEST_F(CompareMany, AMetricMaySayHowFarItsMapReaches) {
+  expect_success({"compare", "renders/far.exr", "--ref", "ref.exr", "-m", "bounded-map", "--plugin-path",
+                  TRIAD_BOUNDED_PLUGIN, "--map", "m.png"});
+  const Picture map = load(path("m.png"));
+  const int want[] = {81, 18, 124};  // entry 64 of magma, a quarter of the way to 2
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(map.at(3, 2, c) * 255, want[c], 1.01) << c;
+}
+
 TEST_F(CompareMany, MapOptionsThatDoNotGoTogetherAreRefused) {
   const std::vector<std::string> start{"compare", "renders/far.exr", "--ref", "ref.exr", "-m", "error"};
   const auto refuse = [&](const std::vector<std::string>& more, const std::vector<std::string>& words) {
