@@ -223,7 +223,7 @@ void setup_compare(CLI::App& app) {
   verb->footer(
       "Examples:\n"
       "  triad compare a.exr b.exr --ref truth.exr -m error\n"
-      "  triad compare 'renders/*.exr' --ref truth.exr -m error -m display --map maps/ --map-format png\n"
+      "  triad compare 'renders/*.exr' --ref truth.exr -m error --map maps/ --map-format png --top 10\n"
       "  triad compare shot.####.exr --ref truth.####.exr -m error --sort error.rmse --table frames.csv\n"
       "  triad compare new/ --ref approved/ -m error --fail-above error.p95=0.02 --sheet failed/ --quiet\n"
       "  triad compare out.png --ref wide.exr -m display:ppd=40@near -m display:ppd=67@far --json -\n"
