@@ -114,7 +114,8 @@ std::vector<JudgedPicture> judge_all(const std::vector<ComparePair>& pairs, Comp
       } catch (const Error& error) {
         // A metric's own message does not say of which picture it is.
         const std::string what = error.what();
-        picture.error = what.find(pairs[i].test) == std::string::npos ? pairs[i].test + ": " + what : what;
+        const bool nameless = error.kind() == ErrorKind::kInput && what.find(pairs[i].test) == std::string::npos;
+        picture.error = nameless ? pairs[i].test + ": " + what : what;
         throw Error(error.kind(), picture.error);
       }
     });
