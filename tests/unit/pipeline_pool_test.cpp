@@ -161,8 +161,9 @@ TEST_F(PipelinePool, LeavesOutWhatIsNotFinite) {
   const auto with = [&](NanPolicy policy) {
     return judge(test, reference, "error", [&](RunRequest& request) { request.metric_nan = policy; }).pooled->values;
   };
-  EXPECT_EQ(with(NanPolicy::kIgnore), 599u);
-  EXPECT_EQ(with(NanPolicy::kZero), 600u);
+  // Grey is taken as three equal channels.
+  EXPECT_EQ(with(NanPolicy::kIgnore), 3 * 599u);
+  EXPECT_EQ(with(NanPolicy::kZero), 3 * 600u);
 }
 
 TEST_F(PipelinePool, PoolsOnlyWhereThePlanSays) {
@@ -257,5 +258,5 @@ TEST_F(PipelinePool, LayersAreJudgedAsTheyAre) {
   EXPECT_NEAR(mae("N", "sRGB"), .25 / 3, 1e-7);
   EXPECT_NEAR(mae("Z", "sRGB"), 2, 1e-6);
   EXPECT_THAT(refusal([&] { mae("normals"); }),
-              testing::AllOf(testing::HasSubstr(test), testing::HasSubstr("'albedo', 'N', 'Z'")));
+              testing::AllOf(testing::HasSubstr(test), testing::HasSubstr("'Z', 'N', 'albedo'")));
 }

@@ -252,7 +252,10 @@ struct Spread {
     into.sum += from.sum;
     into.count += from.count;
   }
-  void end_pass(EndCall& call, const State& state) { call.scores[1] = state.sum / state.count; }
+  void end_pass(EndCall& call, const State& state) {
+    call.scores[0] = HUGE_VAL;
+    call.scores[1] = state.sum / state.count;
+  }
 };
 
 }  // namespace
