@@ -112,8 +112,11 @@ std::vector<JudgedPicture> judge_all(const std::vector<ComparePair>& pairs, Comp
         maps.done(i, one, result, comparison.colours);
         picture.results = std::move(result.metrics);
       } catch (const Error& error) {
-        picture.error = error.what();
-        throw;
+        // A metric's own message does not say of which picture it is.
+        const std::string what = error.what();
+        const bool nameless = error.kind() == ErrorKind::kInput && what.find(pairs[i].test) == std::string::npos;
+        picture.error = nameless ? pairs[i].test + ": " + what : what;
+        throw Error(error.kind(), picture.error);
       }
     });
     if (!done) maps.failed(i);
@@ -221,7 +224,7 @@ void setup_compare(CLI::App& app) {
   verb->footer(
       "Examples:\n"
       "  triad compare a.exr b.exr --ref truth.exr -m error\n"
-      "  triad compare 'renders/*.exr' --ref truth.exr -m error -m display --map maps/ --map-format png\n"
+      "  triad compare 'renders/*.exr' --ref truth.exr -m error --map maps/ --map-format png --top 10\n"
       "  triad compare shot.####.exr --ref truth.####.exr -m error --sort error.rmse --table frames.csv\n"
       "  triad compare new/ --ref approved/ -m error --fail-above error.p95=0.02 --sheet failed/ --quiet\n"
       "  triad compare out.png --ref wide.exr -m display:ppd=40@near -m display:ppd=67@far --json -\n"

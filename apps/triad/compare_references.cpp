@@ -28,6 +28,7 @@ bool all_zero(const ImageSpec& spec, const float* rows, size_t pixels) {
 
 References::References(ReadOptions read, const std::vector<ComparePair>& pairs, const ColourConfig& colours)
     : read_(std::move(read)), colours_(colours) {
+  if (!read_.colour_space.empty()) colours.require(read_.colour_space, "--ref-from");  // or it would be named --from
   for (const ComparePair& pair : pairs) ++uses_[pair.reference];
 }
 

@@ -16,6 +16,7 @@ namespace triad::app {
 // Decodes a reference that several pictures share once, if it is small; warns of a black one.
 class References {
  public:
+  // Throws Error(kUsage) naming --ref-from for a colour space that there is not.
   References(ReadOptions read, const std::vector<ComparePair>& pairs, const ColourConfig& colours);
   // Throws Error(kInput) as reading does.
   PictureRequest get(const std::string& path);

@@ -18,7 +18,7 @@ namespace {
 constexpr int kStripRows = 64;
 constexpr int kGap_px = 8;            // between panels
 constexpr float kPaper = 46.f / 255;  // code of what is behind the panels
-constexpr int kBarRows = 12, kLegendRows = kGap_px + kBarRows + 4 + kDigitRows;
+constexpr int kBarRows = 12, kLegendRows = kGap_px + kBarRows + 4 + kDigitRows + 4;
 
 ImageSpec picture_spec(int width, int height) {
   ImageSpec spec;

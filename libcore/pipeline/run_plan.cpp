@@ -133,7 +133,7 @@ void Run::Impl::add_metrics(PluginHost& host) {
     const CropRequest& c = *request.crop;
     if (c.x < 0 || c.y < 0 || c.width < 1 || c.height < 1 || c.x > test.width - c.width ||
         c.y > test.height - c.height)
-      throw_usage("--crop " + std::to_string(c.x) + "," + std::to_string(c.y) + "," + std::to_string(c.width) + "," +
+      throw_input("--crop " + std::to_string(c.x) + "," + std::to_string(c.y) + "," + std::to_string(c.width) + "," +
                   std::to_string(c.height) + " does not lie in the test picture '" + request.input.path +
                   "', which is " + test.size_text());
   }

@@ -180,11 +180,11 @@ TEST_F(CompareMany, FindsReferencesByNameInAFolder) {
   fs::create_directories(folder_ / "approved");
   grey("approved/far.exr", 1);
   grey("approved/near.exr", .5);
-  save(path("approved/mid.png"), constant(6, 4, {0, 0, 0}), "uint8");  // the same stem will do
+  save(path("approved/mid.png"), constant(6, 4, {1, 1, 1}), "uint8");  // the same stem will do
   const auto results = compare({"renders", "--ref", "approved/", "-m", "error"});
   ASSERT_EQ(results.size(), 3u);
   EXPECT_EQ(results[0]["scores"]["mae"], 0);
-  EXPECT_EQ(results[1]["scores"]["mae"], .25);
+  EXPECT_EQ(results[1]["scores"]["mae"], .75);
   EXPECT_EQ(results[1]["reference"], "approved/mid.png");
   EXPECT_EQ(results[2]["scores"]["mae"], .0625);
   fs::remove(folder_ / "approved/near.exr");
@@ -283,6 +283,14 @@ TEST_F(CompareMany, MapsShareAScaleUnlessTold) {
   EXPECT_THAT(highs({"--map-scale", "each"}), ElementsAre(.5, .25, .063));
   EXPECT_THAT(highs({"--map-scale", "0:2"}), ElementsAre(2, 2, 2));
   EXPECT_TRUE(exists("maps/near.error.png"));
+}
+
+TEST_F(CompareMany, AMetricMaySayHowFarItsMapReaches) {
+  expect_success({"compare", "renders/far.exr", "--ref", "ref.exr", "-m", "bounded-map", "--plugin-path",
+                  TRIAD_BOUNDED_PLUGIN, "--map", "m.png"});
+  const Picture map = load(path("m.png"));
+  const int want[] = {81, 18, 124};  // entry 64 of magma, a quarter of the way to 2
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(map.at(3, 2, c) * 255, want[c], 1.01) << c;
 }
 
 TEST_F(CompareMany, MapOptionsThatDoNotGoTogetherAreRefused) {
