@@ -45,11 +45,10 @@ struct MsSsimStrip {
 };
 
 // Adds a strip to the totals. Samples begin at pixel (0, y0). Readable are the rows from max(y0 - kMsSsimReach_px,
-// -kSsimRadius_px) to min(y1 + kMsSsimReach_px, height + kSsimRadius_px), and kSsimRadius_px columns on both sides; what
-// lies outside the picture is its mirror image, c b a | a b c.
-// map, unless nullptr: one value for each pixel of the strip from (0, y0) on, the formula of its own windows at the
-// scales it falls into instead of their means (windows at the edges see the picture mirrored), mean over channels.
-// The same bits however the picture is cut.
+// -kSsimRadius_px) to min(y1 + kMsSsimReach_px, height + kSsimRadius_px), and kSsimRadius_px columns on both sides;
+// what lies outside the picture is its mirror image, c b a | a b c. map, unless nullptr: one value for each pixel of
+// the strip from (0, y0) on, the formula of its own windows at the scales it falls into instead of their means
+// (windows at the edges see the picture mirrored), mean over channels.
 template <class Sample>
 void add_ms_ssim(const SsimSamples<Sample>& test, const SsimSamples<Sample>& reference, const MsSsimStrip& strip,
                  double data_range, MsSsimTotals& totals, float* map, ptrdiff_t map_stride);

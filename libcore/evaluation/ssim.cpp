@@ -48,15 +48,17 @@ TRIAD_INLINE_BODY inline void blur_down(const std::array<const double*, kSsimWin
              g5 * (a[i] + l[i]);
 }
 
-// Sum and difference of two rows, and their squares, one plane after the other.
+// Sum and difference of two rows, each less its own shift (a row of the test's, then one of the reference's), and
+// their squares, one plane after the other.
 template <class Sample>
-TRIAD_INLINE_BODY inline void spread(const Sample* __restrict x, const Sample* __restrict y, ptrdiff_t count,
-                                     ptrdiff_t pitch, double* __restrict out) {
+TRIAD_INLINE_BODY inline void spread(const Sample* __restrict x, const Sample* __restrict y,
+                                     const double* __restrict shift, ptrdiff_t count, ptrdiff_t pitch,
+                                     double* __restrict out) {
   double *const sums = out, *const differences = out + pitch, *const sums2 = out + 2 * pitch,
                 *const differences2 = out + 3 * pitch;
 #pragma GCC ivdep
   for (ptrdiff_t i = 0; i < count; ++i) {
-    const double a = x[i], b = y[i], s = a + b, d = a - b;
+    const double a = x[i] - shift[i], b = y[i] - shift[pitch + i], s = a + b, d = a - b;
     sums[i] = s;
     differences[i] = d;
     sums2[i] = s * s;
@@ -65,18 +67,37 @@ TRIAD_INLINE_BODY inline void spread(const Sample* __restrict x, const Sample* _
 }
 
 // With s = x + y and d = x - y: 2 mx my = (ms^2 - md^2) / 2, mx^2 + my^2 = (ms^2 + md^2) / 2, and so for variances.
-TRIAD_INLINE_BODY inline void compare(const double* __restrict moments, ptrdiff_t count, ptrdiff_t pitch, double c1,
-                                      double c2, double* __restrict ssim, double* __restrict structure) {
+TRIAD_INLINE_BODY inline void compare(const double* __restrict moments, const double* __restrict shift,
+                                      ptrdiff_t count, ptrdiff_t pitch, double c1, double c2, double* __restrict ssim,
+                                      double* __restrict structure) {
   const double *const sums = moments, *const differences = moments + pitch, *const sums2 = moments + 2 * pitch,
                       *const differences2 = moments + 3 * pitch;
 #pragma GCC ivdep
   for (ptrdiff_t i = 0; i < count; ++i) {
-    const double s = sums[i] * sums[i], d = differences[i] * differences[i];
-    const double rough_s = sums2[i] - s, rough_d = differences2[i] - d;
+    const double rough_s = sums2[i] - sums[i] * sums[i], rough_d = differences2[i] - differences[i] * differences[i];
     const double vs = rough_s > 0 ? rough_s : 0, vd = rough_d > 0 ? rough_d : 0;
-    const double same = (vs - vd + 2 * c2) / (vs + vd + 2 * c2);
+    const double ms = sums[i] + (shift[i] + shift[pitch + i]), md = differences[i] + (shift[i] - shift[pitch + i]);
+    const double s = ms * ms, d = md * md, same = (vs - vd + 2 * c2) / (vs + vd + 2 * c2);
     structure[i] = same;
     ssim[i] = (s - d + 2 * c1) / (s + d + 2 * c1) * same;
+  }
+}
+
+// What the pixels of a tile have in common, to be taken away before anything is squared: the least of 16 of them, so
+// that a few bright ones do not matter. A row of it.
+template <class Sample>
+void find_shift(const Sample* first, ptrdiff_t stride, int width, int height, int channels, ptrdiff_t pitch,
+                double* shift) {
+  constexpr int kPerSide = 4;
+  for (int c = 0; c < channels; ++c) {
+    double least = INFINITY;
+    for (int j = 0; j < kPerSide; ++j)
+      for (int i = 0; i < kPerSide; ++i) {
+        const ptrdiff_t y = j * (height - 1) / (kPerSide - 1), x = i * (width - 1) / (kPerSide - 1);
+        const double value = first[y * stride + x * channels + c];
+        if (std::abs(value) < std::abs(least)) least = value;
+      }
+    for (ptrdiff_t i = c; i < pitch; i += channels) shift[i] = std::isfinite(least) ? least : 0;
   }
 }
 
@@ -88,18 +109,21 @@ void local_ssim(const SsimSamples<Sample>& test, const SsimSamples<Sample>& refe
   const double c1 = kK1 * data_range * kK1 * data_range, c2 = kK2 * data_range * kK2 * data_range;
   const ptrdiff_t channels = area.channels, halo = kSsimRadius_px * channels;
   const ptrdiff_t wide = kSsimTile_px * channels, pitch = (wide + 2 * halo + 7) / 8 * 8;
-  // Eleven rows that are blurred along; one row before that; one blurred both ways; two of results.
-  AlignedBuffer<double> memory(static_cast<size_t>(pitch * kPlanes * (kSsimWindow_px + 2) + 2 * pitch));
+  // Eleven rows that are blurred along; one row before that; one blurred both ways; two of results, two of shifts.
+  AlignedBuffer<double> memory(static_cast<size_t>(pitch * kPlanes * (kSsimWindow_px + 2) + 4 * pitch));
   double *const ring = memory.data(), *const fresh = ring + pitch * kPlanes * kSsimWindow_px,
                 *const moments = fresh + pitch * kPlanes, *const ssim = moments + pitch * kPlanes,
-                *const structure = ssim + pitch;
+                *const structure = ssim + pitch, *const shift = structure + pitch;
   for (int x0 = area.x0, x1; x0 < area.x1; x0 = x1) {
     x1 = std::min(area.x1, (x0 / kSsimTile_px + 1) * kSsimTile_px);
     const ptrdiff_t count = (x1 - x0) * channels, left = (x0 - area.x0) * channels - halo;
-    for (int k = 0; k < area.y1 - area.y0 + 2 * kSsimRadius_px; ++k) {
+    const int width = x1 - x0, height = area.y1 - area.y0;
+    find_shift(test.first + left + halo, test.stride, width, height, area.channels, pitch, shift);
+    find_shift(reference.first + left + halo, reference.stride, width, height, area.channels, pitch, shift + pitch);
+    for (int k = 0; k < height + 2 * kSsimRadius_px; ++k) {
       const ptrdiff_t row = k - kSsimRadius_px;
       run_widest([&]() TRIAD_INLINE_BODY {
-        spread(test.first + row * test.stride + left, reference.first + row * reference.stride + left,
+        spread(test.first + row * test.stride + left, reference.first + row * reference.stride + left, shift,
                count + 2 * halo, pitch, fresh);
         double* const slot = ring + k % kSsimWindow_px * (pitch * kPlanes);
         for (int p = 0; p < kPlanes; ++p) blur_along(fresh + p * pitch + halo, channels, count, slot + p * pitch);
@@ -107,7 +131,7 @@ void local_ssim(const SsimSamples<Sample>& test, const SsimSamples<Sample>& refe
         std::array<const double*, kSsimWindow_px> rows;
         for (int j = 0; j < kSsimWindow_px; ++j) rows[j] = ring + (k + 1 + j) % kSsimWindow_px * (pitch * kPlanes);
         for (int p = 0; p < kPlanes; ++p) blur_down(rows, p * pitch, count, moments + p * pitch);
-        compare(moments, count, pitch, c1, c2, ssim, structure);
+        compare(moments, shift, count, pitch, c1, c2, ssim, structure);
       });
       if (k >= kSsimWindow_px - 1) sink(x0, area.y0 + k - (kSsimWindow_px - 1), x1 - x0, ssim, structure);
     }

@@ -39,13 +39,12 @@ struct SsimSamples {
 // Receives pixels x .. x + pixels - 1 of row y, each of area.channels values, at most 1. Valid until it returns.
 using SsimSink = std::function<void(int x, int y, int pixels, const double* ssim, const double* structure)>;
 
-// Each pixel of the area once, by columns of pixels that begin at multiples of kSsimTile_px from x = 0, in each from
-// top to bottom. A value depends on its window alone, not on the area, and has the same bits on every processor.
-// Equal windows give exactly 1.
+// Each pixel of the area once, by tiles that begin at multiples of kSsimTile_px from x = 0, in each from top to
+// bottom. The same area gives the same bits on every processor. Equal pictures give exactly 1.
 //
-// Computed in double from x + y and x - y, which are exact for floats: the error of a variance is about 1e-16 of the
-// largest squared sample, less than rounding the samples to float has done to it, however bright the window and
-// however small its contrast (SsimTest.StaysRightOnABrightPedestal). Takes about 300 kB of memory for three channels.
+// Computed in double, from samples less what those of a tile have in common: the error of a variance is about 1e-16
+// of the largest square of what is left, whatever pedestal it stood on (SsimTest.StaysRightOnAPedestal). Takes about
+// 300 kB of memory for three channels.
 inline constexpr int kSsimTile_px = 128;
 template <class Sample>
 void local_ssim(const SsimSamples<Sample>& test, const SsimSamples<Sample>& reference, const SsimArea& area,
