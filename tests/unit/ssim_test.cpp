@@ -7,6 +7,7 @@
 #include <triad/evaluation/ms_ssim.hpp>
 
 #include "similarity_pictures.hpp"
+#include "stability/stability_table.hpp"
 
 namespace {
 
@@ -156,8 +157,35 @@ TEST(SsimTest, ConstantPicturesAreTheirLuminanceTerm) {
   for (const double v : ssim_map(a, b, 1, 64)) EXPECT_NEAR(v, (2 * .1875 + 1e-4) / (.0625 + .5625 + 1e-4), 1e-15);
 }
 
-// Contrast of a millionth on what is bright: as float32, E[x^2] - E[x]^2 has no right digit here, and even in double
-// it loses what matters where C2 is as small as the contrast.
+namespace {
+
+// E[x^2] - E[x]^2 in double, as most programs do it: the largest error of the structure term.
+double naive_error(const Padded<double>& test, const Padded<double>& reference, double range) {
+  double worst = 0;
+  for (int y = 0; y < test.height; ++y)
+    for (int x = 0; x < test.width; ++x) {
+      double weights = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
+      for (int j = -5; j <= 5; ++j)
+        for (int i = -5; i <= 5; ++i) {
+          const double w = std::exp(-(i * i + j * j) / 4.5), a = *test.at(x + i, y + j).first,
+                       b = *reference.at(x + i, y + j).first;
+          weights += w, sx += w * a, sy += w * b, sxx += w * a * a, syy += w * b * b, sxy += w * a * b;
+        }
+      const double mx = sx / weights, my = sy / weights, c2 = .03 * range * .03 * range;
+      const double structure =
+          (2 * (sxy / weights - mx * my) + c2) / (sxx / weights - mx * mx + syy / weights - my * my + c2);
+      const auto of = [](const Padded<double>& picture) {
+        return [&picture](int px, int py) { return static_cast<Wide>(*picture.at(px, py).first); };
+      };
+      const std::function<Wide(int, int)> a = of(test), b = of(reference);
+      worst = std::max(worst, std::abs(structure - static_cast<double>(window(a, b, x, y, range).structure)));
+    }
+  return worst;
+}
+
+}  // namespace
+
+// Contrast of a millionth on what is bright: E[x^2] - E[x]^2 has no right digit here where C2 is as small.
 TEST(SsimTest, StaysRightOnAPedestal) {
   for (const double pedestal : {0., 1., 1e3, 1e6}) {
     const auto at = [&](int seed) {
@@ -166,6 +194,11 @@ TEST(SsimTest, StaysRightOnAPedestal) {
     const Padded<double> test(20, 20, 1, at(1)), reference(20, 20, 1, at(2));
     EXPECT_LT(worst_error(test, reference, 1e-5, 64), 1e-12) << pedestal;
     EXPECT_LT(worst_error(test, reference, 1, 64), 1e-12) << pedestal;
+    if (pedestal != 1e3) continue;
+    triad::stability::at_most("metrics", "ssim: contrast 1e-6 on a level of 1000, data range 1e-5, error",
+                              worst_error(test, reference, 1e-5, 64), 1e-12);
+    triad::stability::naive_fails("metrics", "the same by E[x^2] - E[x]^2 in double",
+                                  naive_error(test, reference, 1e-5), .1);
   }
   // A pedestal under one picture only, as of an exposure that is off; codes near white.
   const auto pair = similarity_pictures::make("bright", 40, 12);
