@@ -112,9 +112,11 @@ void add_strip(tp::StripCall& call, const triad::SsimSamples<Sample>& test,
                     });
 }
 
-inline double checked(double score, const triad::NeumaierSum& weight) {
+// border: whether pixels at the edge do not count.
+inline double checked(double score, const triad::NeumaierSum& weight, bool border = true) {
   if (!(weight.value() > 0))
-    throw tp::Error(TRIAD_E_INPUT, "every pixel is left out by the mask or the crop, or lies too near the edge");
+    throw tp::Error(TRIAD_E_INPUT, std::string("every pixel is left out by the mask or the crop") +
+                                       (border ? ", or lies too near the edge" : ""));
   if (!(score - score == 0))
     throw tp::Error(TRIAD_E_INPUT, "values are not a number or infinite; leave them out or replace them first");
   return score;
