@@ -81,8 +81,8 @@ struct PuPsnr {
     into.square.merge(from.square);
   }
   void end_pass(tp::EndCall& call, const State& state) {
-    const double mse = similarity::checked(
-        state.square.value() / state.weight.value() / similarity::count_of(channels), state.weight);
+    const double mean = state.square.value() / state.weight.value() / similarity::count_of(channels);
+    const double mse = similarity::checked(mean, state.weight, false);
     call.scores[0] = 10 * std::log10(triad::kPu21Peak * triad::kPu21Peak / mse);
   }
 
