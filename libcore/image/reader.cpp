@@ -48,6 +48,9 @@ class OiioReader final : public ImageReader {
     if (y0 < 0 || y1 < y0 || y1 > spec_.height)
       throw_internal("rows " + std::to_string(y0) + " to " + std::to_string(y1) + " of '" + path_ + "', which has " +
                      std::to_string(spec_.height));
+    // Strips that overlap come back for the rows that they share.
+    if (y0 > last_y0_ && y0 < last_y1_) keep_rows_ = std::max(keep_rows_, last_y1_ - y0);
+    last_y0_ = y0, last_y1_ = y1;
     for (int y = y0; y < y1; ++y) {
       float* row = out + static_cast<size_t>(y - y0) * row_stride;
       const int64_t line = int64_t{y} - info_.data_y;
@@ -184,26 +187,34 @@ class OiioReader final : public ImageReader {
     const int64_t blocks_wanted = (wanted_end - begin + block - 1) / block;
     const int64_t blocks_fitting = std::max<int64_t>(1, kBuffer / static_cast<int64_t>(row_bytes_) * block);
     const int64_t end = std::min<int64_t>(native_.height, begin + std::min(blocks_wanted, blocks_fitting) * block);
+    // To go back, some decoders begin anew at the top of the picture.
+    constexpr int64_t kMostKept = 16 << 20;  // bytes
+    int64_t kept = 0;
+    if (begin == cached_end_ && native_.tile_width == 0)
+      kept = std::min({int64_t{keep_rows_}, kMostKept / static_cast<int64_t>(row_bytes_), begin - cached_begin_});
+    if (kept > 0)
+      std::memmove(buffer_.data(), buffer_.data() + static_cast<size_t>(begin - kept - cached_begin_) * row_bytes_,
+                   static_cast<size_t>(kept) * row_bytes_);
     cached_begin_ = cached_end_ = 0;
     // Whole tiles, also where they reach past the picture: asked for less, the EXR decoder of OpenImageIO 2.4
     // writes past the end of the buffer.
     const int64_t rows = native_.tile_width > 0 ? (end - begin + block - 1) / block * block : end - begin;
-    buffer_.resize(static_cast<size_t>(rows) * row_bytes_);
+    buffer_.resize(static_cast<size_t>(kept + rows) * row_bytes_);
+    std::byte* const fresh = buffer_.data() + static_cast<size_t>(kept) * row_bytes_;
     const int y0 = native_.y + static_cast<int>(begin), y1 = native_.y + static_cast<int>(begin + rows);
     bool ok = false;
     std::string thrown;
     try {
-      ok = native_.tile_width > 0
-               ? input_->read_native_tiles(part_, 0, native_.x, native_.x + row_pixels_, y0, y1, native_.z,
-                                           native_.z + 1, first_, last_, buffer_.data())
-               : input_->read_native_scanlines(part_, 0, y0, y1, native_.z, first_, last_, buffer_.data());
+      ok = native_.tile_width > 0 ? input_->read_native_tiles(part_, 0, native_.x, native_.x + row_pixels_, y0, y1,
+                                                              native_.z, native_.z + 1, first_, last_, fresh)
+                                  : input_->read_native_scanlines(part_, 0, y0, y1, native_.z, first_, last_, fresh);
     } catch (const std::exception& error) {
       thrown = error.what();
     }
     // Some decoders report what they could not read and still return true.
     if (!ok || input_->has_error())
       fail(path_, "it is cut short or corrupt", thrown.empty() ? input_->geterror() : thrown);
-    cached_begin_ = static_cast<int>(begin);
+    cached_begin_ = static_cast<int>(begin - kept);
     cached_end_ = static_cast<int>(end);
   }
 
@@ -274,6 +285,8 @@ class OiioReader final : public ImageReader {
   size_t row_bytes_ = 0;
   std::vector<std::byte> buffer_;
   int cached_begin_ = 0, cached_end_ = 0;  // the rows of the data window that buffer_ holds
+  int last_y0_ = 0, last_y1_ = 0;          // what was asked for last
+  int keep_rows_ = 0;                      // how far back callers came for more
   mutable std::vector<float> alpha_row_;
 };
 
