@@ -16,16 +16,23 @@ namespace tp = triad_plugin;
 struct NoiseSpectrumMetric {
   static constexpr tp::Info info{
       "noise-spectrum", "1.0", "How the error spreads over frequencies: white noise or blotches",
-      "The power spectrum of test - reference in linear light of BT.709's primaries (of its luminance .2126 R + .7152 G "
-      "+ .0722 B, or the mean of the channels' spectra), averaged over directions: two pictures of the same rmse differ "
+      "The power spectrum of test - reference in linear light of BT.709's primaries (of its luminance .2126 R + "
+      ".7152 G "
+      "+ .0722 B, or the mean of the channels' spectra), averaged over directions: two pictures of the same rmse "
+      "differ "
       "in it, as an eye does not see fine noise that well. Tiles of tile x tile pixels (the whole side of a smaller "
-      "picture) that overlap by half are weighted by a Hann window in x and y, and their periodograms averaged (Welch "
+      "picture) that overlap by half are weighted by a Hann window in x and y, and their periodograms averaged "
+      "(Welch "
       "1967); the mean over the whole picture is subtracted first. The series 'spectrum' is the power per (cycle per "
-      "pixel)^2 over cycles per pixel (with ppd: per degree): white noise of variance v has v at all frequencies, from "
+      "pixel)^2 over cycles per pixel (with ppd: per degree): white noise of variance v has v at all frequencies, "
+      "from "
       "0 to .71 in the corners. With a mask, a tile's window is multiplied by the weights. lag1-x and lag1-y are the "
-      "correlation of the error in neighbouring pixels around its mean: 0 for white noise, near 1 for blotches, below 0 "
-      "for blue noise. blotch is the share of the power at frequencies below `below`; the report blotch-white is that "
-      "share of white noise. The test picture's error counts whole: noise of the reference is in it. A pixel is one of "
+      "correlation of the error in neighbouring pixels around its mean: 0 for white noise, near 1 for blotches, "
+      "below 0 "
+      "for blue noise. blotch is the share of the power at frequencies below `below`; the report blotch-white is "
+      "that "
+      "share of white noise. The test picture's error counts whole: noise of the reference is in it. A pixel is one "
+      "of "
       "the file, in a wide render a cell."};
 
   enum class Of { kLuminance, kChannels };
@@ -39,10 +46,11 @@ struct NoiseSpectrumMetric {
         tp::integer<&NoiseSpectrumMetric::tile>(
             "tile", "side of the tiles: the lowest frequency told apart is 1 / tile",
             {.def = 256, .min = triad::kLeastSpectrumTile_px, .max = triad::kMostSpectrumTile_px, .unit = "px"}),
-        tp::number<&NoiseSpectrumMetric::below>("below",
-                                                "frequencies of blotches are below this: cycles per pixel, or per degree "
-                                                "where ppd is given; 0: a quarter of the highest, .125 per pixel",
-                                                {.def = 0, .min = 0}),
+        tp::number<&NoiseSpectrumMetric::below>(
+            "below",
+            "frequencies of blotches are below this: cycles per pixel, or per degree "
+            "where ppd is given; 0: a quarter of the highest, .125 per pixel",
+            {.def = 0, .min = 0}),
         tp::number<&NoiseSpectrumMetric::ppd>("ppd", "pixels per degree; 0: frequencies are per pixel",
                                               {.def = 0, .min = 0, .unit = "ppd"}));
   }
@@ -52,10 +60,9 @@ struct NoiseSpectrumMetric {
                     tp::Input{"mask", "weights of the pixels", "mask", nullptr, TRIAD_INPUT_OPTIONAL});
   }
   static constexpr auto scores() {
-    return tp::list(
-        tp::Score{"lag1-x", "correlation of the error with that of the pixel to the right", nullptr, 0},
-        tp::Score{"lag1-y", "correlation of the error with that of the pixel below", nullptr, 0},
-        tp::Score{"blotch", "share of the error's power at low frequencies", nullptr, -1});
+    return tp::list(tp::Score{"lag1-x", "correlation of the error with that of the pixel to the right", nullptr, 0},
+                    tp::Score{"lag1-y", "correlation of the error with that of the pixel below", nullptr, 0},
+                    tp::Score{"blotch", "share of the error's power at low frequencies", nullptr, -1});
   }
 
   using State = triad::NoiseSums;
@@ -118,7 +125,7 @@ struct NoiseSpectrumMetric {
   }
 
  private:
-  static constexpr double kCut = .125;  // cycles per pixel: a quarter of Nyquist's limit
+  static constexpr double kCut = .125;                            // cycles per pixel: a quarter of Nyquist's limit
   static constexpr double kLuminance[3] = {.2126, .7152, .0722};  // ITU-R BT.709
 
   static std::string size_text(const triad_image& image) {

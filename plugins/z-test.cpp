@@ -14,18 +14,26 @@ namespace tp = triad_plugin;
 struct ZTest {
   static constexpr tp::Info info{
       "z-test", "1.0", "Whether a render differs from its reference by more than its noise",
-      "A test of every pixel and channel, for renders that hold their own variance in channels variance.R, G, B (triad "
-      "render --aov variance): z = |test - reference| sqrt(spp / max(s^2, floor)) in linear light, s^2 the variance of "
-      "one sample. Where the render has the reference as its expectation and enough samples, z is the absolute value of "
-      "a standard normal number, and p = erfc(z / sqrt(2)) uniform between 0 and 1. A pixel's channel passes where p is "
-      "not below the level 1 - (1 - significance)^(1/m) that Sidak's correction gives for m tests, those of weight above "
+      "A test of every pixel and channel, for renders that hold their own variance in channels variance.R, G, B "
+      "(triad "
+      "render --aov variance): z = |test - reference| sqrt(spp / max(s^2, floor)) in linear light, s^2 the variance "
+      "of "
+      "one sample. Where the render has the reference as its expectation and enough samples, z is the absolute value "
+      "of "
+      "a standard normal number, and p = erfc(z / sqrt(2)) uniform between 0 and 1. A pixel's channel passes where p "
+      "is "
+      "not below the level 1 - (1 - significance)^(1/m) that Sidak's correction gives for m tests, those of weight "
+      "above "
       "0: all m pass with probability 1 - significance (for independent channels; else more often). So Subr and Arvo "
       "(2007) test renderers, and Mitsuba 3 its own, with the floor of .0001 and a significance of .01. ks is the "
-      "Kolmogorov-Smirnov distance of the p-values from uniform ones, in steps of 1/4096, where the variance is not below "
-      "the floor: large where all pixels are a little off, which no single test finds. There, the report z-rms is 1 if the differences are as large as the variance "
+      "Kolmogorov-Smirnov distance of the p-values from uniform ones, in steps of 1/4096, where the variance is not "
+      "below "
+      "the floor: large where all pixels are a little off, which no single test finds. There, the report z-rms is 1 "
+      "if the differences are as large as the variance "
       "says: near sqrt(spp) or its inverse, variance=mean|sample is the wrong one, or spp. "
       "The reference must be converged: its noise counts as the render's error. Few samples of long-tailed noise "
-      "(fireflies) fail without bias, as their variance is underestimated where no such sample fell; stratified samples "
+      "(fireflies) fail without bias, as their variance is underestimated where no such sample fell; stratified "
+      "samples "
       "(sobol-owen) pass too easily, as their variance is overestimated. The map is z."};
 
   enum class Variance { kAuto, kMean, kSample };
@@ -40,7 +48,8 @@ struct ZTest {
                                 {.def = 0, .min = 0}),
         tp::choice<&ZTest::variance, "auto", "mean", "sample">(
             "variance",
-            "what the channels hold: the variance of the mean, s^2 / spp, as Triad writes, or s^2 of one sample; auto: "
+            "what the channels hold: the variance of the mean, s^2 / spp, as Triad writes, or s^2 of one sample; "
+            "auto: "
             "mean for pictures with triad:samples, else it must be said"),
         tp::number<&ZTest::significance>(
             "significance", "probability of a failing picture without bias",
@@ -73,9 +82,8 @@ struct ZTest {
   void plan(tp::PlanCall& call) {
     const triad_image &test = call.in(0), &reference = call.in(1), &moments = call.in(2);
     if (test.width != reference.width || test.height != reference.height || test.channels != reference.channels)
-      throw tp::Error(TRIAD_E_INPUT,
-                      "the test picture is " + size_text(test) + ", the reference " + size_text(reference) +
-                          "; they must be alike");
+      throw tp::Error(TRIAD_E_INPUT, "the test picture is " + size_text(test) + ", the reference " +
+                                         size_text(reference) + "; they must be alike");
     if (moments.width != test.width || moments.height != test.height ||
         (moments.channels != test.channels && moments.channels != 1))
       throw tp::Error(TRIAD_E_INPUT, "the variance is " + size_text(moments) + ", the test picture " +
@@ -175,9 +183,7 @@ struct ZTest {
   // Of both sides of the standard normal distribution.
   static double p_value(double z) { return std::erfc(z / std::numbers::sqrt2); }
 
-  void set_level(int64_t tests) {
-    level_ = -std::expm1(std::log1p(-significance) / static_cast<double>(tests));
-  }
+  void set_level(int64_t tests) { level_ = -std::expm1(std::log1p(-significance) / static_cast<double>(tests)); }
 
   void read_samples(tp::PlanCall& call, double pixels) {
     std::string key;
@@ -209,8 +215,7 @@ struct ZTest {
     samples_ = spp > 0 ? spp : told;
     if (samples_ < 2)
       throw tp::Error(TRIAD_E_INPUT, "the test picture has " + short_text(samples_) + " samples per pixel" +
-                                         (spp > 0 ? "" : " by its " + key) +
-                                         ", and a variance is known from two on");
+                                         (spp > 0 ? "" : " by its " + key) + ", and a variance is known from two on");
     constexpr double kAlike = .01;
     if (spp > 0 && told > 0 && std::abs(told - spp) > kAlike * spp)
       call.warn("spp=" + short_text(spp) + ", but the test picture's " + key + " tells of " + short_text(told) +

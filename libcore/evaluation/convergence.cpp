@@ -190,7 +190,8 @@ ErrorFloor fit_floor(const std::vector<CostedError>& points, std::optional<doubl
   const auto freedom = static_cast<double>(points.size() - parameters);
   const double least = std::exp(*std::min_element(logs.error.begin(), logs.error.end()));
 
-  // Floors from 0 to many times the least error; the profile may be flat at either end. Each fit starts from the last.
+  // Floors from 0 to many times the least error; the profile may be flat at either end. Each fit starts from the
+  // last.
   Profile profile(logs, rate);
   const double without = profile.squares(0);
   constexpr double kLowest = -14, kHighest = 3, kStep = .125;  // logarithms, relative to `least`
@@ -226,7 +227,8 @@ ErrorFloor fit_floor(const std::vector<CostedError>& points, std::optional<doubl
   result.floor.low = 0;
   if (without > most && !at_zero) {
     // squares_at(kLowest) is that of no floor at all, but for a part in a million.
-    result.floor.low = least * std::exp(excess(kLowest) > 0 ? bisect([&](double u) { return -excess(u); }, kLowest, from) : kLowest);
+    result.floor.low =
+        least * std::exp(excess(kLowest) > 0 ? bisect([&](double u) { return -excess(u); }, kLowest, from) : kLowest);
   }
   double above = from;
   while (above <= kHighest && !(excess(above) > 0)) above += kStep;
@@ -268,8 +270,8 @@ Interval cost_ratio(const PowerLaw& a, const PowerLaw& b, double error) {
   const double of_a = variance(a), of_b = variance(b), sum = of_a + of_b;
   const double log_ratio = std::log(b.cost_at(error)) - std::log(a.cost_at(error));
   if (sum == 0) return {std::exp(log_ratio), std::exp(log_ratio), std::exp(log_ratio)};
-  const double freedom = sum * sum / (of_a * of_a / static_cast<double>(a.count - 2) +
-                                      of_b * of_b / static_cast<double>(b.count - 2));
+  const double freedom =
+      sum * sum / (of_a * of_a / static_cast<double>(a.count - 2) + of_b * of_b / static_cast<double>(b.count - 2));
   const double half = student_quantile(kTwoSided, freedom) * std::sqrt(sum);
   return {std::exp(log_ratio), std::exp(log_ratio - half), std::exp(log_ratio + half)};
 }

@@ -27,9 +27,9 @@ struct CostedError {
 // error = factor cost^slope, by least squares on the logarithms of both.
 struct PowerLaw {
   size_t count = 0;
-  Interval slope;        // -1 for a squared error, -1/2 for its root, of independent samples
-  double intercept = 0;  // log(error) at cost 1
-  double scatter = 0;    // standard deviation of log(error) around the line, count - 2 degrees of freedom
+  Interval slope;                 // -1 for a squared error, -1/2 for its root, of independent samples
+  double intercept = 0;           // log(error) at cost 1
+  double scatter = 0;             // standard deviation of log(error) around the line, count - 2 degrees of freedom
   double centre = 0, spread = 0;  // mean of log(cost), and the sum of squares around it
 
   double error_at(double cost) const;
@@ -38,9 +38,9 @@ struct PowerLaw {
 // At least three points, at two or more costs; anything that is not finite or not above 0 is Error(kInternal).
 PowerLaw fit_power_law(const std::vector<CostedError>& points);
 
-// A point that the others do not expect: its residual, divided by the standard deviation that the others alone give it
-// (externally studentized: Cook and Weisberg, Residuals and Influence in Regression, 1982, section 2.2), exceeds what
-// Student's t has in one of 100 series (Bonferroni's correction for `count` points).
+// A point that the others do not expect: its residual, divided by the standard deviation that the others alone give
+// it (externally studentized: Cook and Weisberg, Residuals and Influence in Regression, 1982, section 2.2), exceeds
+// what Student's t has in one of 100 series (Bonferroni's correction for `count` points).
 struct Outlier {
   size_t point = 0;
   double expected_cost = 0;  // at which the line through the others has its error
@@ -70,8 +70,8 @@ Interval geometric_mean(const std::vector<double>& values);
 std::optional<std::pair<double, double>> common_errors(const std::vector<CostedError>& a,
                                                        const std::vector<CostedError>& b);
 
-// What `b` costs over what `a` costs, both by their lines at the same error: how many times a is as fast. The interval
-// is of the difference of two inverse regressions (delta method), with the degrees of freedom of Welch and
+// What `b` costs over what `a` costs, both by their lines at the same error: how many times a is as fast. The
+// interval is of the difference of two inverse regressions (delta method), with the degrees of freedom of Welch and
 // Satterthwaite. NaN where a line does not fall.
 Interval cost_ratio(const PowerLaw& a, const PowerLaw& b, double error);
 

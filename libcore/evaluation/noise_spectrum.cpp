@@ -74,7 +74,8 @@ NoiseSpectrum::NoiseSpectrum(int width, int height, int tile, int planes, double
   frequency_.assign(kLow + 1, 0);
   for (int ky = 0; ky < tile_y_; ++ky)
     for (int kx = 0; kx < half; ++kx) {
-      const double fx = static_cast<double>(kx) / tile_x_, fy = static_cast<double>(std::min(ky, tile_y_ - ky)) / tile_y_;
+      const double fx = static_cast<double>(kx) / tile_x_,
+                   fy = static_cast<double>(std::min(ky, tile_y_ - ky)) / tile_y_;
       const double f = std::hypot(fx, fy), copies = kx == 0 || 2 * kx == tile_x_ ? 1 : 2;
       const auto bin = static_cast<int16_t>(std::lround(f * longer));
       bin_.push_back(bin);
@@ -230,8 +231,7 @@ NoiseResult NoiseSpectrum::finish(const NoiseSums& sums) const {
   const bool constant = !(result.variance > kRounding * raw);
   const auto power_of = [&](int bin) {
     double power = sums.power[bin];
-    for (int p = 0; p < planes_; ++p)
-      power += mean[p] * (mean[p] * sums.window[bin] - 2 * sums.cross[p][bin]);
+    for (int p = 0; p < planes_; ++p) power += mean[p] * (mean[p] * sums.window[bin] - 2 * sums.cross[p][bin]);
     return constant ? 0 : std::max(0., power);
   };
   if (constant) {

@@ -40,8 +40,8 @@ struct NoiseResult {
   double low_share = 0;    // of the power: that at frequencies below `cut`
   double white_share = 0;  // the same of white noise
   double variance = 0;     // mean over the planes
-  // Power per (cycle per pixel)^2, so that white noise of variance v has v everywhere; the mean frequency of each bin,
-  // cycles per pixel. Bins of one cycle per tile around 0, 1, 2 ... cycles per tile.
+  // Power per (cycle per pixel)^2, so that white noise of variance v has v everywhere; the mean frequency of each
+  // bin, cycles per pixel. Bins of one cycle per tile around 0, 1, 2 ... cycles per tile.
   std::vector<double> frequency, power;
 };
 
