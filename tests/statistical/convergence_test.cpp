@@ -224,7 +224,7 @@ TEST(ZTest, FindsBiasInOnePixelAndInAll) {
   EXPECT_EQ(found.reports.at("max-y"), 20);
   EXPECT_EQ(found.reports.at("max-channel"), 2);
   EXPECT_NEAR(found.scores[0], 1 - 1 / (64. * 64 * 3), 1e-9);
-  // Half a standard error everywhere: no pixel shows it, all together do (|z| beyond 1.15: .336 in place of .25).
+  // Half a standard error everywhere: no pixel shows it, all together do (|z| > 1.15: .307 of them in place of .25).
   const auto all = z_test(noisy(64, .5, random));
   EXPECT_EQ(all.scores[1], 1);
   EXPECT_GT(all.scores[3], 2.7 / std::sqrt(64. * 64 * 3) + .02);
