@@ -209,9 +209,9 @@ class Validator {
       text(input.doc, what + ": doc", true);
       flags(input.flags, TRIAD_INPUT_OPTIONAL, what);
       text(input.channels, what + ": channels", true);
-      if (!one_of(input.channels, {"rgb", "*", "mask"}))
-        fail("record.inputs",
-             what + ": channels is '" + std::string(input.channels) + "', not \"rgb\", \"*\" or \"mask\"");
+      if (!one_of(input.channels, {"rgb", "*", "mask", "variance.*"}))
+        fail("record.inputs", what + ": channels is '" + std::string(input.channels) +
+                                  "', not \"rgb\", \"*\", \"mask\" or \"variance.*\"");
       if (input.space) {
         text(input.space, what + ": space", true);
         if (!one_of(input.space, {"linear", "linear-rec709", "display"}))

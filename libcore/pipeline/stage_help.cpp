@@ -58,6 +58,7 @@ std::string space_text(const triad_input& input) {
 std::string channels_text(const triad_input& input) {
   if (std::strcmp(input.channels, "rgb") == 0) return "colour channels";
   if (std::strcmp(input.channels, "mask") == 0) return "one weight per pixel";
+  if (std::strcmp(input.channels, "variance.*") == 0) return "variance.R, variance.G and variance.B of the test file";
   return "all channels";
 }
 

@@ -218,7 +218,7 @@ TEST(NoiseSpectrumMetric, IsOfTheLuminanceOrOfAllChannels) {
   const auto &a = luminance.all_reports.series.at("spectrum"), &b = channels.all_reports.series.at("spectrum");
   ASSERT_EQ(a.x.size(), b.x.size());
   EXPECT_NEAR(b.x.back(), 40 * a.x.back(), 1e-9);
-  EXPECT_NEAR(a.x.back(), std::sqrt(.5), .5 / 16);
+  EXPECT_NEAR(a.x.back(), std::sqrt(.5), 1 / 16.);
 }
 
 // A render that is `z` standard errors off everywhere, of variance of one sample `sample_variance` with n samples.

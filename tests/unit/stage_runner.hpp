@@ -84,7 +84,7 @@ struct Outcome {
   Picture out;
   std::vector<double> scores;
   std::map<std::string, double> reports;
-  triad::StageReports all_reports;  // series as well
+  triad::StageReports all_reports{};  // series as well
 };
 
 // Runs a stage over pictures cut into strips of `rows` rows, merging in order.
