@@ -68,6 +68,8 @@ std::string slope_line(const std::string& over, const PowerLaw& law, const Conve
 
 std::string floor_line(const ConvergenceFindings& findings, const SeriesFit& fit) {
   const Interval floor = floor_of_score(findings, fit.floor);
+  if (!fit.floor.found() && !std::isfinite(floor.high))
+    return "  nothing can be said of bias: take more pictures, or such that differ more in samples\n";
   if (!fit.floor.found())
     return fmt::format("  no bias found: at most {} of {} stays, however long it renders\n", short_text(floor.high),
                        findings.score);
