@@ -119,6 +119,9 @@ void find_costs(std::vector<Series>& series, const std::string& from, const Read
     if (no_seconds && with_seconds > 0)
       throw_input(no_seconds->file + ": " + where() + " tells no seconds, and those of others of '" + one.name +
                   "' do; give all of them or none");
+    std::stable_sort(one.pictures.begin(), one.pictures.end(), [](const SeriesPicture& a, const SeriesPicture& b) {
+      return a.cost.samples ? *a.cost.samples < *b.cost.samples : *a.cost.seconds < *b.cost.seconds;
+    });
   }
 }
 

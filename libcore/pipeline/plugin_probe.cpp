@@ -245,9 +245,9 @@ class StageProbe {
           const std::string kind = desc_.inputs[i]->channels;
           const bool small = standard_first && i == 0;
           pictures.push_back(synthetic_picture(small ? shape.width / shape.cells.x : shape.width, shape.height,
-                                               kind == "rgb"    ? 3
-                                               : kind == "mask" ? 1
-                                                                : channels,
+                                               kind == "rgb" || kind == "variance.*" ? 3
+                                               : kind == "mask"                      ? 1
+                                                                                     : channels,
                                                small ? Cells{} : shape.cells, i + 1));
         }
         std::vector<const SyntheticPicture*> inputs;

@@ -133,9 +133,8 @@ TEST_F(Convergence, TakesSamplesFromATable) {
 TEST_F(Convergence, WritesALinePerPicture) {
   make_series("a", .2, 0, .01);
   const Outcome outcome = expect_success({"convergence", "a", "--ref", "ref.exr", "--csv", "-"});
-  EXPECT_EQ(
-      outcome.out.find("series,file,samples,seconds,mse,squared_error,efficiency\r\na,a/r_1024spp.exr,1024,10.24,"),
-      0u)
+  EXPECT_EQ(outcome.out.find("series,file,samples,seconds,mse,squared_error,efficiency\r\na,a/r_4spp.exr,4,0.04,"),
+            0u)
       << outcome.out;
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 7);
 }
