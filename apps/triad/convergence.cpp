@@ -130,7 +130,9 @@ void judge(const ConvergenceOptions& options, const ChainItem& metric, Convergen
     for (SeriesPicture& picture : one.pictures) {
       RunRequest run = request;
       run.input = {picture.file, options.picture.read()};
-      run.metrics.push_back({metric, {options.reference, read_reference}, ""});
+      MetricRequest& asked = run.metrics.emplace_back();
+      asked.item = metric;
+      asked.reference = {options.reference, read_reference};
       const RunResult result =
           Run(run, host, colours).execute([&](double share) { progress.update((done + share) / count); });
       ++done;
@@ -236,21 +238,34 @@ EqualErrors compare_series(const ConvergenceFindings& findings, size_t other) {
   return equal;
 }
 
-int check_thresholds(const std::vector<NumberThreshold>& thresholds, const ConvergenceFindings& findings) {
-  int status = 0;
+// Before the work: whether there will be such a number.
+void check_thresholds(const std::vector<NumberThreshold>& thresholds, const std::vector<Series>& series) {
+  const auto none = [&](auto has) {
+    return std::none_of(series.begin(), series.end(), [&](const Series& one) { return has(one.pictures[0].cost); });
+  };
+  const bool no_samples = none([](const RenderCost&cost) { return cost.samples.has_value(); }),
+             no_seconds = none([](const RenderCost&cost) { return cost.seconds.has_value(); });
   for (const NumberThreshold& threshold : thresholds) {
-    const auto numbers = convergence_numbers(findings, threshold.name);
-    if (numbers.empty())
-      throw_input(threshold.option + " '" + threshold.text + "': these pictures give no '" + threshold.name +
-                  "': it needs " +
-                  (threshold.name.ends_with("ratio") ? "a second series" : "seconds or samples of each"));
-    for (const auto& [name, value] : numbers)
+    const std::string& name = threshold.name;
+    std::string needs;
+    if (no_seconds && (name.find("seconds") != std::string::npos || name == "efficiency")) needs = "seconds";
+    if (no_samples && (name == "slope" || name == "samples-ratio")) needs = "samples";
+    if (series.size() < 2 && name.ends_with("-ratio")) needs = "a second series";
+    if (!needs.empty())
+      throw_usage(threshold.option + " '" + threshold.text + "': '" + name + "' needs " + needs +
+                  ", which these pictures do not have");
+  }
+}
+
+int failed_thresholds(const std::vector<NumberThreshold>& thresholds, const ConvergenceFindings& findings) {
+  int status = 0;
+  for (const NumberThreshold& threshold : thresholds)
+    for (const auto& [name, value] : convergence_numbers(findings, threshold.name))
       if (!(threshold.above ? value <= threshold.value : value >= threshold.value)) {
         std::cerr << "triad: " << printable(name) << ": " << threshold.name << " is " << format_double(value)
                   << (threshold.above ? ", above " : ", below ") << format_double(threshold.value) << "\n";
         status = 1;
       }
-  }
   return status;
 }
 
@@ -276,6 +291,7 @@ void convergence(ConvergenceOptions options) {
   options.metric.check_outputs(files);
   find_costs(findings.series, options.samples_from, options.picture.read());
   for (const Series& one : findings.series) check_counts(one);
+  check_thresholds(thresholds, findings.series);
 
   judge(options, metric, findings, host);
   for (const Series& one : findings.series) {
@@ -289,7 +305,7 @@ void convergence(ConvergenceOptions options) {
     std::cout << convergence_to_text(findings) << std::flush;
   if (!options.metric.json.empty()) write_text_file(options.metric.json, convergence_to_json(findings));
   if (!options.metric.csv.empty()) write_text_file(options.metric.csv, convergence_to_csv(findings));
-  g_exit_status = std::max(g_exit_status, check_thresholds(thresholds, findings));
+  g_exit_status = std::max(g_exit_status, failed_thresholds(thresholds, findings));
 }
 
 }  // namespace

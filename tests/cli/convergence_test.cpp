@@ -216,10 +216,10 @@ TEST_F(Convergence, RefusesWrongWords) {
 }
 
 TEST_F(Convergence, ReadsItsOwnRendersAndTheirRecords) {
-  expect_success({"render", "cornell", "-o", "truth.exr", "--size", "32x18", "--spp", "1024", "--seed", "9"});
+  expect_success({"render", "cornell", "-o", "truth.exr", "--size", "24x14", "--spp", "512", "--seed", "9"});
   std::filesystem::create_directories(folder_ / "own");
   for (const std::string spp : {"2", "8", "32"})
-    expect_success({"render", "cornell", "-o", "own/" + spp + "x.exr", "--size", "32x18", "--strategy",
+    expect_success({"render", "cornell", "-o", "own/" + spp + "x.exr", "--size", "24x14", "--strategy",
                     "random:spp=" + spp, "--json", "own/" + spp + "x.json"});
   const nlohmann::json root = expect_success({"convergence", "own", "--ref", "truth.exr", "--json", "-"}).json();
   const nlohmann::json& series = root["series"][0];
