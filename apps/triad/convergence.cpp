@@ -332,15 +332,18 @@ void setup_convergence(CLI::App& app) {
   add_list("--against", options->against, "Another series to compare the first with; may be repeated", "DIR|FILE");
   add_text("--samples-from", options->samples_from,
            "What tells samples and seconds: name, metadata, a table with the columns file,samples,seconds, or auto: "
-           "name and metadata, which must agree",
+           "name and metadata, which must agree (default)",
            "HOW");
-  add_text("-m,--metric", options->metric_text, "The metric: name, name:key=value,... or either with @label",
-           "METRIC");
+  add_text("-m,--metric", options->metric_text,
+           "The metric: name, name:key=value,... or either with @label (default: error)", "METRIC");
   add_text("--score", options->score, "Which of its scores (default: mse, else rmse)", "SCORE");
   add_text("--score-is", options->score_is,
-           "squared: falls as 1/N, root: as 1/sqrt(N), auto: squared for names with mse but not rmse", "KIND");
-  add_text("--rate", options->rate,
-           "How the variance falls without bias: as N^-RATE; free fits that too, and takes more pictures", "RATE");
+           "squared: falls as 1/N, root: as 1/sqrt(N), auto: squared for names with mse but not rmse (default)",
+           "KIND");
+  add_text(
+      "--rate", options->rate,
+      "How the variance falls without bias: as N^-RATE; free fits that too, and takes more pictures (default: 1)",
+      "RATE");
   add_text("--nan", options->nan, "NaN and infinite values: fail, ignore the pixels, or take them for zero",
            "POLICY");
   add_text("--json", options->metric.json, "Write the findings as JSON; - for standard output", "FILE");
@@ -365,7 +368,9 @@ void setup_convergence(CLI::App& app) {
       "headers of Triad, pbrt and Blender, from Triad's record beside a picture (triad render -o a.exr --json "
       "a.json), "
       "or from a table.\n"
-      "Error = bias^2 + variance / N^rate: bias is claimed where its interval is above 0.\n"
+      "Error = bias^2 + variance / N^rate: bias is claimed where its interval is above 0. Stratified samples "
+      "(sobol-owen) "
+      "fall faster than 1/N; a rate of free may then take the end of that for bias.\n"
       "Exit status: 0 done, 1 a threshold was crossed, 2 usage or input error, 3 internal");
   verb->callback([options] { convergence(*options); });
 }
