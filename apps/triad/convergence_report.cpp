@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <triad/base/log.hpp>
@@ -66,9 +67,13 @@ std::string slope_line(const std::string& over, const PowerLaw& law, const Conve
                      findings.squared ? "-1" : "-.5");
 }
 
-std::string floor_line(const ConvergenceFindings& findings, const SeriesFit& fit) {
+std::string floor_line(const ConvergenceFindings& findings, const Series& series, const SeriesFit& fit) {
   const Interval floor = floor_of_score(findings, fit.floor);
-  if (!fit.floor.found() && !std::isfinite(floor.high))
+  const double least =
+      std::min_element(series.pictures.begin(), series.pictures.end(), [](const auto& a, const auto& b) {
+        return a.score < b.score;
+      })->score;
+  if (!fit.floor.found() && !(floor.high < least))  // all of the error may be bias
     return "  nothing can be said of bias: take more pictures, or such that differ more in samples\n";
   if (!fit.floor.found())
     return fmt::format("  no bias found: at most {} of {} stays, however long it renders\n", short_text(floor.high),
@@ -103,7 +108,7 @@ std::string series_text(const ConvergenceFindings& findings, const Series& serie
   text += aligned_columns(rows, 1);
   if (fit.samples) text += slope_line("samples", *fit.samples, findings);
   if (fit.seconds) text += slope_line("seconds", *fit.seconds, findings);
-  text += floor_line(findings, fit);
+  text += floor_line(findings, series, fit);
   if (fit.efficiency)
     text += fmt::format("  efficiency 1 / (squared error x seconds): {}\n", range_text(*fit.efficiency));
   return text;
