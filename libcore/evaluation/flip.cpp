@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A part of both pictures is made into planes of YCxCz once for each exposure: the reference, and what the test picture
-// has more. All filters are linear, so they are run over these two: colours that differ by little then differ by
-// little with all their digits. Each output row is filtered downwards into rows that stay in the first cache, then
+// A part of both pictures is made into planes of YCxCz once for each exposure: the reference, and what the test
+// picture has more. All filters are linear, so they are run over these two: colours that differ by little then differ
+// by little with all their digits. Each output row is filtered downwards into rows that stay in the first cache, then
 // along these, and judged while it is in registers.
 #include <algorithm>
 #include <array>
@@ -34,7 +34,9 @@ struct Constants {
   float above, base;  // and above which they are compressed
 };
 
-double lab_curve(double t) { return t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4. / 29; }
+double lab_curve(double t) {
+  return t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4. / 29;
+}
 
 // The largest difference there is, of green and blue: CIELAB after Hunt's adjustment, city-block in lightness and
 // Euclidean in the rest (HyAB).
@@ -120,7 +122,8 @@ TRIAD_INLINE_BODY inline V toned(const FlipToneCurve& t, const V& c) {
 }
 
 template <class V>
-TRIAD_INLINE_BODY inline Three<V> displayed(const Display& d, Three<V> c) {
+TRIAD_INLINE_BODY inline Three<V> displayed(const Display& d, const Three<V>& picture) {
+  Three<V> c = picture;
   if (d.srgb_codes) c = {decoded(c.x), decoded(c.y), decoded(c.z)};
   if (d.tone_maps) {
     c = {c.x * d.exposure, c.y * d.exposure, c.z * d.exposure};
@@ -139,8 +142,8 @@ constexpr size_t kPlanes = 6;
 
 // n pixels of both pictures, 3 planes of stride floats each, to a row of each of the six planes.
 template <class V>
-TRIAD_INLINE_BODY inline void convert(const Display& display, const float* reference, const float* test, size_t stride,
-                                      int n, float* to, size_t plane) {
+TRIAD_INLINE_BODY inline void convert(const Display& display, const float* reference, const float* test,
+                                      size_t stride, int n, float* to, size_t plane) {
   const Constants& k = constants();
   for (int x = 0; x < n; x += kLanes<V>) {
     const auto at = [&](const float* rgb) {
@@ -157,7 +160,7 @@ TRIAD_INLINE_BODY inline void convert(const Display& display, const float* refer
   }
 }
 
-// ---- filters, around `at`, over values that are `step` floats apart
+// ---- filters
 
 struct Taps {
   const float* weights;
@@ -165,185 +168,280 @@ struct Taps {
 };
 Taps taps(const std::vector<float>& half) { return {half.data(), static_cast<int>(half.size()) - 1}; }
 
-template <class V>
-TRIAD_INLINE_BODY inline V even(const float* at, ptrdiff_t step, const Taps& t) {
-  V sum = t.weights[0] * load<V>(at);
-  for (int k = 1; k <= t.radius; ++k) sum += t.weights[k] * (load<V>(at - k * step) + load<V>(at + k * step));
-  return sum;
-}
-
-template <class V>
-TRIAD_INLINE_BODY inline V odd(const float* at, ptrdiff_t step, const Taps& t) {
-  V sum{};
-  for (int k = 1; k <= t.radius; ++k) sum += t.weights[k] * (load<V>(at + k * step) - load<V>(at - k * step));
-  return sum;
-}
-
 struct Filters {
   Taps achromatic, red_green, wide, narrow, gaussian, first, second;
 };
 
+// Vectors that are filtered together: one load of a weight serves them all, and their sums do not wait for each
+// other.
+constexpr int kTogether = 2;
+
+template <class V>
+struct Group {
+  V v[kTogether];
+};
+template <class V>
+TRIAD_INLINE_BODY inline Group<V> load_group(const float* from) {
+  Group<V> g;
+  for (int i = 0; i < kTogether; ++i) g.v[i] = load<V>(from + i * kLanes<V>);
+  return g;
+}
+template <class V>
+TRIAD_INLINE_BODY inline void store_group(float* to, const Group<V>& g) {
+  for (int i = 0; i < kTogether; ++i) store(to + i * kLanes<V>, g.v[i]);
+}
+// n values of an even filter over values that are `step` floats apart. Added to what is there with kAdd.
+template <class V, bool kAdd = false>
+TRIAD_INLINE_BODY inline void even(const Taps& t, const float* from, ptrdiff_t step, int n, float* to) {
+  for (int x = 0; x < n; x += kTogether * kLanes<V>) {
+    Group<V> sum = load_group<V>(from + x);
+    for (V& v : sum.v) v *= t.weights[0];
+    for (int k = 1; k <= t.radius; ++k) {
+      const Group<V> before = load_group<V>(from + x - k * step), after = load_group<V>(from + x + k * step);
+      for (int i = 0; i < kTogether; ++i) sum.v[i] += t.weights[k] * (before.v[i] + after.v[i]);
+    }
+    if constexpr (kAdd) {
+      const Group<V> there = load_group<V>(to + x);
+      for (int i = 0; i < kTogether; ++i) sum.v[i] += there.v[i];
+    }
+    store_group(to + x, sum);
+  }
+}
+
+// Both derivatives, and with kBlurs the Gaussian and the achromatic filter. The weights of the second derivative sum
+// to 0, so that it may be taken of differences from the centre: like the first it is then exactly 0 where nothing
+// changes.
+template <class V, bool kBlurs>
+TRIAD_INLINE_BODY inline void features(const Filters& f, const float* from, ptrdiff_t step, int n, float* first_to,
+                                       float* second_to, float* gaussian_to, float* achromatic_to) {
+  for (int x = 0; x < n; x += kTogether * kLanes<V>) {
+    const Group<V> centre = load_group<V>(from + x);
+    Group<V> gaussian, achromatic, first, second;
+    for (int i = 0; i < kTogether; ++i) {
+      first.v[i] = second.v[i] = V{};
+      if constexpr (kBlurs) {
+        gaussian.v[i] = f.gaussian.weights[0] * centre.v[i];
+        achromatic.v[i] = f.achromatic.weights[0] * centre.v[i];
+      }
+    }
+    const auto add = [&](int k, bool near) TRIAD_INLINE_BODY {
+      const Group<V> before = load_group<V>(from + x - k * step), after = load_group<V>(from + x + k * step);
+      for (int i = 0; i < kTogether; ++i) {
+        const V sum = before.v[i] + after.v[i];
+        first.v[i] += f.first.weights[k] * (after.v[i] - before.v[i]);
+        second.v[i] += f.second.weights[k] * (sum - (centre.v[i] + centre.v[i]));
+        if constexpr (kBlurs) {
+          gaussian.v[i] += f.gaussian.weights[k] * sum;
+          if (near) achromatic.v[i] += f.achromatic.weights[k] * sum;
+        }
+      }
+    };
+    int k = 1;
+    if constexpr (kBlurs)
+      for (; k <= f.achromatic.radius; ++k) add(k, true);
+    for (; k <= f.first.radius; ++k) add(k, false);
+    store_group(first_to + x, first);
+    store_group(second_to + x, second);
+    if constexpr (kBlurs) {
+      store_group(gaussian_to + x, gaussian);
+      store_group(achromatic_to + x, achromatic);
+    }
+  }
+}
+
+template <class V>
+TRIAD_INLINE_BODY inline void two_even(const Taps& one, const Taps& other, const float* from, ptrdiff_t step, int n,
+                                       float* one_to, float* other_to) {
+  for (int x = 0; x < n; x += kTogether * kLanes<V>) {
+    const Group<V> centre = load_group<V>(from + x);
+    Group<V> a, b;
+    for (int i = 0; i < kTogether; ++i) {
+      a.v[i] = one.weights[0] * centre.v[i];
+      b.v[i] = other.weights[0] * centre.v[i];
+    }
+    for (int k = 1; k <= one.radius; ++k) {
+      const Group<V> before = load_group<V>(from + x - k * step), after = load_group<V>(from + x + k * step);
+      for (int i = 0; i < kTogether; ++i) {
+        const V sum = before.v[i] + after.v[i];
+        a.v[i] += one.weights[k] * sum;
+        b.v[i] += other.weights[k] * sum;
+      }
+    }
+    store_group(one_to + x, a);
+    store_group(other_to + x, b);
+  }
+}
+
 // What the columns of a plane are filtered to.
 enum Column : size_t { kY, kCx, kCzWide, kCzNarrow, kGaussian, kFirst, kSecond, kColumns };
 
-// One row of the planes of one picture, downwards. The weights of the second derivative sum to 0, so that it may be
-// taken of differences from the centre: like the first it is then exactly 0 where nothing changes.
+// One row of the planes of one picture, downwards.
 template <class V>
 TRIAD_INLINE_BODY inline void filter_columns(const Filters& f, const float* from, size_t plane, ptrdiff_t step, int n,
                                              float* to, size_t stride) {
-  for (int x = 0; x < n; x += kLanes<V>) {
-    const float* y = from + x;
-    const V centre = load<V>(y), twice = centre + centre;
-    V achromatic = f.achromatic.weights[0] * centre, gaussian = f.gaussian.weights[0] * centre, first{}, second{};
-    const auto add = [&](int k, const V& above, const V& below) TRIAD_INLINE_BODY {
-      const V sum = above + below;
-      gaussian += f.gaussian.weights[k] * sum;
-      first += f.first.weights[k] * (below - above);
-      second += f.second.weights[k] * (sum - twice);
-      return sum;
-    };
-    int k = 1;
-    for (; k <= f.achromatic.radius; ++k)
-      achromatic += f.achromatic.weights[k] * add(k, load<V>(y - k * step), load<V>(y + k * step));
-    for (; k <= f.gaussian.radius; ++k) add(k, load<V>(y - k * step), load<V>(y + k * step));
-    store(to + kY * stride + x, achromatic);
-    store(to + kGaussian * stride + x, gaussian);
-    store(to + kFirst * stride + x, first);
-    store(to + kSecond * stride + x, second);
-    store(to + kCx * stride + x, even<V>(from + plane + x, step, f.red_green));
-
-    const float* z = from + 2 * plane + x;
-    V wide = f.wide.weights[0] * load<V>(z), narrow = f.narrow.weights[0] * load<V>(z);
-    for (k = 1; k <= f.wide.radius; ++k) {
-      const V sum = load<V>(z - k * step) + load<V>(z + k * step);
-      wide += f.wide.weights[k] * sum;
-      narrow += f.narrow.weights[k] * sum;
-    }
-    store(to + kCzWide * stride + x, wide);
-    store(to + kCzNarrow * stride + x, narrow);
-  }
+  features<V, true>(f, from, step, n, to + kFirst * stride, to + kSecond * stride, to + kGaussian * stride,
+                    to + kY * stride);
+  even<V>(f.red_green, from + plane, step, n, to + kCx * stride);
+  two_even<V>(f.wide, f.narrow, from + 2 * plane, step, n, to + kCzWide * stride, to + kCzNarrow * stride);
 }
+
+// ---- differences. In short loops over a few pixels in the first cache: each step waits long for the one before, and
+// a processor looks ahead over several turns of a short loop, not over one of a long.
+
+constexpr int kChunk_px = 128;
+using Row = float[kChunk_px];
 
 // What the eye keeps of a pixel's neighbourhood: colour, and how strong edges and points are along and across.
-template <class V>
 struct Seen {
-  Three<V> opponent;
-  V edge_x, edge_y, point_x, point_y;
+  alignas(64) Row opponent[3];
+  alignas(64) Row edge_x, edge_y, point_x, point_y;
 };
 
 template <class V>
-TRIAD_INLINE_BODY inline Seen<V> filter_row(const Filters& f, const float* rows, size_t stride) {
-  Seen<V> s;
-  s.opponent.x = even<V>(rows + kY * stride, 1, f.achromatic);
-  s.opponent.y = even<V>(rows + kCx * stride, 1, f.red_green);
-  s.opponent.z = even<V>(rows + kCzWide * stride, 1, f.wide) + even<V>(rows + kCzNarrow * stride, 1, f.narrow);
-  const float* y = rows + kGaussian * stride;
-  const V centre = load<V>(y), twice = centre + centre;
-  s.edge_x = s.point_x = V{};
-  for (int k = 1; k <= f.first.radius; ++k) {
-    const V left = load<V>(y - k), right = load<V>(y + k);
-    s.edge_x += f.first.weights[k] * (right - left);
-    s.point_x += f.second.weights[k] * (left + right - twice);
-  }
-  s.edge_y = even<V>(rows + kFirst * stride, 1, f.gaussian);
-  s.point_y = even<V>(rows + kSecond * stride, 1, f.gaussian);
-  return s;
+TRIAD_INLINE_BODY inline void filter_row(const Filters& f, const float* rows, size_t stride, int n, Seen& s) {
+  even<V>(f.achromatic, rows + kY * stride, 1, n, s.opponent[0]);
+  even<V>(f.red_green, rows + kCx * stride, 1, n, s.opponent[1]);
+  even<V>(f.wide, rows + kCzWide * stride, 1, n, s.opponent[2]);
+  even<V, true>(f.narrow, rows + kCzNarrow * stride, 1, n, s.opponent[2]);
+  features<V, false>(f, rows + kGaussian * stride, 1, n, s.edge_x, s.point_x, nullptr, nullptr);
+  even<V>(f.gaussian, rows + kFirst * stride, 1, n, s.edge_y);
+  even<V>(f.gaussian, rows + kSecond * stride, 1, n, s.point_y);
 }
 
-// ---- differences
+// The light that is seen, cut to what a display shows, as XYZ, and its change from the reference to the test. Where
+// neither is cut, the change keeps its digits.
+template <class V>
+TRIAD_INLINE_BODY inline void to_light(Row* reference, Row* difference, int n) {
+  const Constants& k = constants();
+  for (int x = 0; x < n; x += kLanes<V>) {
+    const auto at = [&](const Row* rows) TRIAD_INLINE_BODY {
+      return Three<V>{load<V>(rows[0] + x), load<V>(rows[1] + x), load<V>(rows[2] + x)};
+    };
+    const auto put = [&](Row* rows, const Three<V>& v) TRIAD_INLINE_BODY {
+      store(rows[0] + x, v.x);
+      store(rows[1] + x, v.y);
+      store(rows[2] + x, v.z);
+    };
+    Three<V> rgb = times(k.from_opponent, at(reference)), change = times(k.from_opponent, at(difference));
+    const auto cut = [](V& value, V& by) TRIAD_INLINE_BODY {
+      const V other = value + by, value_cut = to_unit(value), other_cut = to_unit(other);
+      const V off = abs_of<V>(value - value_cut) + abs_of<V>(other - other_cut);
+      by = off > 0.f ? other_cut - value_cut : by;
+      value = value_cut;
+    };
+    cut(rgb.x, change.x);
+    cut(rgb.y, change.y);
+    cut(rgb.z, change.z);
+    put(reference, times(k.to_xyz, rgb));
+    put(difference, times(k.to_xyz, change));
+  }
+}
 
-// The cube root of CIELAB with its straight piece near black, of one picture, and its change to the other.
+// The cube root of CIELAB with its straight piece near black, in place, and its change.
 template <class V>
-struct LabCurve {
-  V value, change;
-};
-template <class V>
-TRIAD_INLINE_BODY inline LabCurve<V> lab_curve(const V& reference, const V& difference) {
+TRIAD_INLINE_BODY inline void lab_curve(float* values, float* changes, int n) {
   constexpr auto kCube = static_cast<float>(kDelta * kDelta * kDelta);
   constexpr auto kSlope = static_cast<float>(1 / (3 * kDelta * kDelta)), kOffset = static_cast<float>(4. / 29);
-  const V cube = lanes_of<V>(kCube), test = reference + difference;
-  const V r = cbrt_of(larger(reference, cube)), t = cbrt_of(larger(test, cube));
-  const V r_line = kSlope * reference + kOffset, t_line = kSlope * test + kOffset;
-  const V value = reference > kCube ? r : r_line, other = test > kCube ? t : t_line;
-  // Of two roots, and of two points on the line, the difference follows from that of the arguments.
-  const auto both_high = (reference > kCube) & (test > kCube), both_low = (reference <= kCube) & (test <= kCube);
-  const V of_lines = both_low ? kSlope * difference : other - value;
-  return {value, both_high ? difference / (r * r + r * t + t * t) : of_lines};
+  const V cube = lanes_of<V>(kCube);
+  for (int x = 0; x < n; x += kLanes<V>) {
+    const V reference = load<V>(values + x), difference = load<V>(changes + x), test = reference + difference;
+    const V r = cbrt_of(larger(reference, cube)), t = cbrt_of(larger(test, cube));
+    const V value = reference > cube ? r : kSlope * reference + kOffset;
+    const V other = test > cube ? t : kSlope * test + kOffset;
+    // Of two roots, and of two points on the line, the difference follows from that of the arguments.
+    const V high = reference > test ? reference : test, low = reference > test ? test : reference;
+    const V of_lines = high > cube ? other - value : kSlope * difference;
+    store(values + x, value);
+    store<V>(changes + x, low > cube ? difference / (r * r + r * t + t * t) : of_lines);
+  }
 }
 
-// The colour difference, from 0 to 1: section 4.1.
+// The HyAB distance after Hunt's adjustment, chroma times lightness / 100, whose change is made of changes, too.
 template <class V>
-TRIAD_INLINE_BODY inline V colour_difference(const Constants& k, const Three<V>& reference, const Three<V>& difference) {
-  const Three<V> r = times(k.from_opponent, reference), d = times(k.from_opponent, difference);
-  // Cut to what a display shows. Where neither is cut, the difference keeps its digits.
-  const auto cut = [](V& value, V& change) TRIAD_INLINE_BODY {
-    const V other = value + change, value_cut = to_unit(value), other_cut = to_unit(other);
-    change = (value == value_cut) & (other == other_cut) ? change : other_cut - value_cut;
-    value = value_cut;
-  };
-  Three<V> rgb = r, change = d;
-  cut(rgb.x, change.x);
-  cut(rgb.y, change.y);
-  cut(rgb.z, change.z);
-  const Three<V> xyz = times(k.to_xyz, rgb), xyz_change = times(k.to_xyz, change);
-  const LabCurve<V> x = lab_curve(xyz.x, xyz_change.x), y = lab_curve(xyz.y, xyz_change.y),
-                    z = lab_curve(xyz.z, xyz_change.z);
-  // Hunt's adjustment: chroma times lightness / 100. Its change, too, is made of changes.
-  const V lightness = 116.f * y.value - 16.f, lightness_change = 116.f * y.change;
-  const V lightness_test = lightness + lightness_change;
-  const V a_change =
-      5.f * (lightness_change * (x.value - y.value) + lightness_test * (x.change - y.change));
-  const V b_change =
-      2.f * (lightness_change * (y.value - z.value) + lightness_test * (y.change - z.change));
-  const V hyab = abs_of(lightness_change) + sqrt_of<V>(a_change * a_change + b_change * b_change);
-  const V power = exp2_of<V>(kColourExponent * log2_of(larger(hyab, lanes_of<V>(1e-30f))));
-  const V error = power < k.limit ? power * k.below : power * k.above + k.base;
-  return hyab > 1e-30f ? error : V{};
+TRIAD_INLINE_BODY inline void distance(const Row* values, const Row* changes, int n, float* to) {
+  for (int i = 0; i < n; i += kLanes<V>) {
+    const V x = load<V>(values[0] + i), y = load<V>(values[1] + i), z = load<V>(values[2] + i);
+    const V dx = load<V>(changes[0] + i), dy = load<V>(changes[1] + i), dz = load<V>(changes[2] + i);
+    const V lightness_change = 116.f * dy, lightness_test = 116.f * (y + dy) - 16.f;
+    const V a_change = 5.f * (lightness_change * (x - y) + lightness_test * (dx - dy));
+    const V b_change = 2.f * (lightness_change * (y - z) + lightness_test * (dy - dz));
+    store<V>(to + i, abs_of(lightness_change) + sqrt_of<V>(a_change * a_change + b_change * b_change));
+  }
 }
 
-// The feature difference, from 0 to 1: section 4.2.
+constexpr float kNothing = 1e-30f;  // a difference that is none, and of which there is a logarithm
+
+// The colour difference from 0 to 1: section 4.1.
 template <class V>
-TRIAD_INLINE_BODY inline V feature_difference(const Seen<V>& reference, const Seen<V>& difference) {
-  const auto change = [](const V& x, const V& y, const V& dx, const V& dy) TRIAD_INLINE_BODY {
-    const V tx = x + dx, ty = y + dy;
-    return abs_of<V>(sqrt_of<V>(tx * tx + ty * ty) - sqrt_of<V>(x * x + y * y));
-  };
-  const V edge = change(reference.edge_x, reference.edge_y, difference.edge_x, difference.edge_y);
-  const V point = change(reference.point_x, reference.point_y, difference.point_x, difference.point_y);
-  return sqrt_of<V>(.707106781f * larger(edge, point));
+TRIAD_INLINE_BODY inline void colour_difference(float* distances, int n) {
+  const Constants& k = constants();
+  for (int x = 0; x < n; x += kLanes<V>) {
+    const V power = exp2_of<V>(kColourExponent * log2_of(larger(load<V>(distances + x), lanes_of<V>(kNothing))));
+    store<V>(distances + x, power < k.limit ? power * k.below : power * k.above + k.base);
+  }
 }
 
-// A row of errors: section 4.3, colour to the power of 1 - feature. What is larger than before is kept.
+// The feature difference from 0 to 1: section 4.2.
+template <class V>
+TRIAD_INLINE_BODY inline void feature_difference(const Seen& reference, const Seen& difference, int n, float* to) {
+  for (int i = 0; i < n; i += kLanes<V>) {
+    const auto change = [&](const float* rx, const float* ry, const float* dx, const float* dy) TRIAD_INLINE_BODY {
+      const V x = load<V>(rx + i), y = load<V>(ry + i), tx = x + load<V>(dx + i), ty = y + load<V>(dy + i);
+      return abs_of<V>(sqrt_of<V>(tx * tx + ty * ty) - sqrt_of<V>(x * x + y * y));
+    };
+    const V edge = change(reference.edge_x, reference.edge_y, difference.edge_x, difference.edge_y);
+    const V point = change(reference.point_x, reference.point_y, difference.point_x, difference.point_y);
+    store<V>(to + i, sqrt_of<V>(.707106781f * larger(edge, point)));
+  }
+}
+
+// Errors: section 4.3, colour to the power of 1 - feature. What is larger than before is kept.
+template <class V>
+TRIAD_INLINE_BODY inline void combine(const float* colours, const float* features, int n, float exposure_stops,
+                                      float* errors, float* worst_stops) {
+  constexpr float kNoColour = 1e-20f;  // above what kNothing gives
+  for (int x = 0; x < n; x += kLanes<V>) {
+    const V colour = load<V>(colours + x), before = load<V>(errors + x);
+    const V error = exp2_of<V>((1.f - load<V>(features + x)) * log2_of(colour));
+    const V now = colour > kNoColour ? error : V{};
+    store<V>(errors + x, now > before ? now : before);
+    if (worst_stops) store<V>(worst_stops + x, now > before ? lanes_of<V>(exposure_stops) : load<V>(worst_stops + x));
+  }
+}
+
+// The columns of both pictures, from pixel 0 of a row on, to its errors.
 template <class V>
 TRIAD_INLINE_BODY inline void judge(const Filters& f, const float* reference, const float* difference, size_t stride,
                                     int width, float exposure_stops, float* errors, float* worst_stops) {
-  const Constants& k = constants();
-  for (int x = 0; x < width; x += kLanes<V>) {
-    const Seen<V> r = filter_row<V>(f, reference + x, stride), d = filter_row<V>(f, difference + x, stride);
-    const V colour = colour_difference(k, r.opponent, d.opponent), feature = feature_difference(r, d);
-    const V error = exp2_of<V>((1.f - feature) * log2_of(larger(colour, lanes_of<V>(1e-30f))));
-    const V before = load<V>(errors + x), now = colour > 0.f ? error : V{};
-    const auto more = now > before;
-    store<V>(errors + x, more ? now : before);
-    if (worst_stops) {
-      const V stops = load<V>(worst_stops + x);
-      store<V>(worst_stops + x, more ? lanes_of<V>(exposure_stops) : stops);
-    }
+  Seen r, d;
+  alignas(64) Row colours, features;
+  for (int x = 0; x < width; x += kChunk_px) {
+    const int n = std::min(kChunk_px, width - x);
+    filter_row<V>(f, reference + x, stride, n, r);
+    filter_row<V>(f, difference + x, stride, n, d);
+    to_light<V>(r.opponent, d.opponent, n);
+    for (size_t c = 0; c < 3; ++c) lab_curve<V>(r.opponent[c], d.opponent[c], n);
+    distance<V>(r.opponent, d.opponent, n, colours);
+    colour_difference<V>(colours, n);
+    feature_difference<V>(r, d, n, features);
+    combine<V>(colours, features, n, exposure_stops, errors + x, worst_stops ? worst_stops + x : nullptr);
   }
 }
 
-int in_lanes(int n) { return (n + kMostLanes - 1) / kMostLanes * kMostLanes; }
+// Columns are worked on in groups.
+constexpr int kGroup_px = kTogether * kMostLanes;
+int in_groups(int n) { return (n + kGroup_px - 1) / kGroup_px * kGroup_px; }
 
-// How a part lies in the memory that it is computed in. Column 0 of each row is at a boundary of lanes.
+// How a part lies in the memory that it is computed in. Pixel 0 of each row is at a boundary of cache lines.
 struct Arrangement {
   int reach, pad, rows, columns;
   size_t stride, plane;  // vectors that begin before a row's last pixel end in it
   Arrangement(int reach_px, int width, int height)
       : reach(reach_px),
-        pad(in_lanes(reach_px)),
+        pad((reach_px + kMostLanes - 1) / kMostLanes * kMostLanes),
         rows(height + 2 * reach_px),
-        columns(2 * pad + in_lanes(width)),
-        stride(static_cast<size_t>(columns + kMostLanes)),
+        columns(in_groups(2 * pad + width)),
+        stride(static_cast<size_t>(columns + kGroup_px)),
         plane(stride * static_cast<size_t>(rows)) {}
   size_t floats() const { return kPlanes * plane + (2 * 3 + 2 * kColumns) * stride; }
 };
@@ -363,14 +461,14 @@ void take_apart(const float* rgb, int n, float* planes, size_t stride) {
 
 Flip::Flip(double ppd) : filters_(ppd) {}
 
-int Flip::row_floats(int width) { return in_lanes(width); }
+int Flip::row_floats(int width) { return in_groups(width); }
 
 size_t Flip::work_floats(int width, int height) const { return Arrangement(reach_px(), width, height).floats(); }
 
 void Flip::evaluate(const FlipPicture& test, const FlipPicture& reference, int width, int height,
                     const FlipViewing& viewing, float* errors, float* worst_stops, float* work) const {
   const Arrangement at(reach_px(), width, height);
-  const Filters filters{taps(filters_.achromatic),        taps(filters_.red_green), taps(filters_.blue_yellow_wide),
+  const Filters filters{taps(filters_.achromatic),         taps(filters_.red_green), taps(filters_.blue_yellow_wide),
                         taps(filters_.blue_yellow_narrow), taps(filters_.gaussian),  taps(filters_.first_derivative),
                         taps(filters_.second_derivative)};
   float* const planes = work;
@@ -381,18 +479,19 @@ void Flip::evaluate(const FlipPicture& test, const FlipPicture& reference, int w
 
   const std::vector<float> as_it_is{0};
   const std::vector<float>& exposures = viewing.exposures_stops.empty() ? as_it_is : viewing.exposures_stops;
-  const size_t results = static_cast<size_t>(in_lanes(width)) * static_cast<size_t>(height);
+  const size_t results = static_cast<size_t>(in_groups(width)) * static_cast<size_t>(height);
   std::fill_n(errors, results, 0.f);
   if (worst_stops) std::fill_n(worst_stops, results, exposures.front());
 
-  const int past = in_lanes(width + 2 * at.reach);
+  const int past = in_groups(width + 2 * at.reach);
   for (const float stops : exposures) {
-    const Display display{viewing.srgb_codes, !viewing.exposures_stops.empty(),
-                          viewing.tone_mapper == FlipToneMapper::kReinhard,
-                          static_cast<float>(std::exp2(static_cast<double>(stops))),
-                          flip_tone_curve(viewing.tone_mapper)};
+    const Display display{
+        viewing.srgb_codes, !viewing.exposures_stops.empty(), viewing.tone_mapper == FlipToneMapper::kReinhard,
+        static_cast<float>(std::exp2(static_cast<double>(stops))), flip_tone_curve(viewing.tone_mapper)};
     for (int row = 0; row < at.rows; ++row) {
-      const auto pixels = [&](const FlipPicture& p) { return p.rgb + (row - at.reach) * p.row_floats - 3 * at.reach; };
+      const auto pixels = [&](const FlipPicture& p) {
+        return p.rgb + (row - at.reach) * p.row_floats - 3 * at.reach;
+      };
       take_apart(pixels(reference), width + 2 * at.reach, rgb, at.stride);
       take_apart(pixels(test), width + 2 * at.reach, rgb + 3 * at.stride, at.stride);
       float* const to = planes + static_cast<size_t>(row) * at.stride + at.pad - at.reach;
@@ -404,7 +503,7 @@ void Flip::evaluate(const FlipPicture& test, const FlipPicture& reference, int w
       const float* const centre = planes + static_cast<size_t>(row + at.reach) * at.stride;
       float* const difference = columns + kColumns * at.stride;
       const ptrdiff_t step = static_cast<ptrdiff_t>(at.stride);
-      const size_t result = static_cast<size_t>(row) * static_cast<size_t>(in_lanes(width));
+      const size_t result = static_cast<size_t>(row) * static_cast<size_t>(in_groups(width));
       run_lanes([&]<class V>() TRIAD_INLINE_BODY {
         filter_columns<V>(filters, centre, at.plane, step, at.columns, columns, at.stride);
         filter_columns<V>(filters, centre + 3 * at.plane, at.plane, step, at.columns, difference, at.stride);

@@ -49,7 +49,8 @@ FlipExposures flip_exposures(FlipToneMapper mapper, std::optional<float> start_s
   made.stop_stops = stop_stops ? *stop_stops : log2_float(bright / median);
   const auto text = [](float stops) { return format_double(static_cast<double>(stops)); };
   if (!std::isfinite(made.start_stops) || !std::isfinite(made.stop_stops))
-    throw_usage("exposures from " + text(made.start_stops) + " to " + text(made.stop_stops) + " stops are no numbers");
+    throw_usage("exposures from " + text(made.start_stops) + " to " + text(made.stop_stops) +
+                " stops are no numbers");
   if (made.start_stops > made.stop_stops)
     throw_usage("the first exposure, " + text(made.start_stops) + " stops, lies above the last, " +
                 text(made.stop_stops) + " stops; give start= and stop= in ascending order");

@@ -36,7 +36,8 @@ FlipExposures flip_exposures(FlipToneMapper mapper, std::optional<float> start_s
                              int count, float median, float largest);
 
 // The exact element at `rank` of any number of floats in ascending order, with 2^16 counts in place of the floats:
-// first count all by upper_key(), find the bin, then those in it by lower_key(). Zeros are alike, whatever their sign.
+// first count all by upper_key(), find the bin, then those in it by lower_key(). Zeros are alike, whatever their
+// sign.
 class FloatRank {
  public:
   static constexpr uint32_t kBins = 1u << 16;

@@ -47,8 +47,8 @@ std::vector<float> scaled(const Half& half, double by) {
 }
 
 std::vector<float> shortened(std::vector<float> weights) {
-  while (weights.size() > 1 && std::abs(static_cast<double>(weights.back())) <
-                                   kNegligible * std::abs(static_cast<double>(weights.front())))
+  while (weights.size() > 1 &&
+         std::abs(static_cast<double>(weights.back())) < kNegligible * std::abs(static_cast<double>(weights.front())))
     weights.pop_back();
   return weights;
 }
@@ -96,8 +96,6 @@ FlipFilters::FlipFilters(double ppd) {
   second_derivative = scaled(ddg, 1);
 }
 
-int FlipFilters::reach_px() const {
-  return static_cast<int>(std::max(blue_yellow_wide.size(), gaussian.size())) - 1;
-}
+int FlipFilters::reach_px() const { return static_cast<int>(std::max(blue_yellow_wide.size(), gaussian.size())) - 1; }
 
 }  // namespace triad

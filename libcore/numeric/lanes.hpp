@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Several floats side by side, as wide as the processor's registers, and the functions of single precision that loops
-// over pictures need. Everything is plain IEEE arithmetic without fused products, lane by lane: a value gives the same
-// bits in any lane and on every instruction set.
+// over pictures need. Everything is plain IEEE arithmetic without fused products, lane by lane: a value gives the
+// same bits in any lane and on every instruction set.
 #pragma once
 
 #include <cstddef>
@@ -106,14 +106,15 @@ TRIAD_INLINE_BODY inline V exp2_of(const V& x) {
   const V y = larger(x, lanes_of<V>(-126.f));
   const V whole = (y + kRound) - kRound, f = y - whole;
   const V series =
-      1.f + f * (.693147182f +
-                 f * (.240226507f + f * (.0555035696f + f * (.00961805694f + f * (.00133908668f + f * .000154614477f)))));
+      1.f +
+      f * (.693147182f +
+           f * (.240226507f + f * (.0555035696f + f * (.00961805694f + f * (.00133908668f + f * .000154614477f)))));
   return same_bits<V>(same_bits<I>(series) + (__builtin_convertvector(whole, I) << 23));
 }
 
-// The square root of 0 or a normal number above it, with a relative error below 3e-7. From half of its exponent, by two
-// steps of the binomial series of (1 - h)^(-1/2), h = 1 - x r^2, towards r = x^(-1/2). (The library's function sets
-// errno, which no vector can.)
+// The square root of 0 or a normal number above it, with a relative error below 3e-7. From half of its exponent, by
+// two steps of the binomial series of (1 - h)^(-1/2), h = 1 - x r^2, towards r = x^(-1/2). (The library's function
+// sets errno, which no vector can.)
 template <class V>
 TRIAD_INLINE_BODY inline V sqrt_of(const V& x) {
   V r = same_bits<V>(0x5f375a86 - (same_bits<LaneInts<V>>(x) >> 1));

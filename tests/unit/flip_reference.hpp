@@ -14,7 +14,7 @@ namespace flip_reference {
 using Rgb = std::array<double, 3>;
 struct Picture {
   int width = 0, height = 0;
-  std::vector<Rgb> pixels;  // linear light
+  std::vector<Rgb> pixels;             // linear light
   const Rgb& at(int x, int y) const {  // the border repeated
     return pixels[static_cast<size_t>(std::clamp(y, 0, height - 1)) * static_cast<size_t>(width) +
                   static_cast<size_t>(std::clamp(x, 0, width - 1))];
@@ -55,7 +55,9 @@ inline Rgb hunt_lab(const Rgb& c) {
   const double lightness = 116 * y - 16;
   return {lightness, .01 * lightness * 500 * (x - y), .01 * lightness * 200 * (y - z)};
 }
-inline double hyab(const Rgb& a, const Rgb& b) { return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]); }
+inline double hyab(const Rgb& a, const Rgb& b) {
+  return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
+}
 
 // A square of weights, row by row.
 struct Kernel {
@@ -85,13 +87,14 @@ inline int sensitivity_radius(double ppd) {
   return static_cast<int>(std::ceil(3 * std::sqrt(.04 / (2 * kPi * kPi)) * ppd));
 }
 inline Kernel sensitivity(double ppd, double a1, double b1, double a2 = 0, double b2 = 1) {
-  return Kernel(sensitivity_radius(ppd), [=](int x, int y) {
-           const double d2 = (x * x + y * y) / (ppd * ppd);
-           const auto term = [&](double a, double b) {
-             return a * std::sqrt(kPi / b) * std::exp(-kPi * kPi * d2 / b);
-           };
-           return term(a1, b1) + term(a2, b2);
-         })
+  return Kernel(sensitivity_radius(ppd),
+                [=](int x, int y) {
+                  const double d2 = (x * x + y * y) / (ppd * ppd);
+                  const auto term = [&](double a, double b) {
+                    return a * std::sqrt(kPi / b) * std::exp(-kPi * kPi * d2 / b);
+                  };
+                  return term(a1, b1) + term(a2, b2);
+                })
       .normalised();
 }
 
@@ -118,8 +121,7 @@ inline std::vector<double> ldr(const Picture& reference, const Picture& test, do
         const Picture& picture = i == 0 ? reference : test;
         Rgb opponent;
         for (size_t c = 0; c < 3; ++c)
-          opponent[c] =
-              kernels[c].apply([&](int px, int py) { return ycxcz(picture.at(px, py))[c]; }, x, y);
+          opponent[c] = kernels[c].apply([&](int px, int py) { return ycxcz(picture.at(px, py))[c]; }, x, y);
         Rgb seen = rgb(xyz_of_ycxcz(opponent));
         for (double& v : seen) v = std::clamp(v, 0., 1.);
         lab[i] = hunt_lab(seen);
