@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // A part of both pictures is made into planes of YCxCz once for each exposure: the reference, and what the test
-// picture has more. All filters are linear, so they are run over these two: colours that differ by little then differ
-// by little with all their digits. Each output row is filtered downwards into rows that stay in the first cache, then
-// along these, and judged while it is in registers.
+// picture has more. The filters of colours are linear, so they are run over these two: colours that differ by little
+// then differ by little with all their digits. Each output row is filtered downwards into rows that stay in the first
+// cache, then along these, and judged there.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <triad/base/error.hpp>
 #include <triad/evaluation/flip.hpp>
+#include <triad/evaluation/internal/flip_filtering.hpp>
 #include <triad/numeric/lanes.hpp>
 
 namespace triad {
 namespace {
+
+using namespace flip;
 
 // Of linear sRGB light to XYZ, divided by that of white; sRGB's primaries and D65 as rational numbers.
 constexpr double kToXyz[3][3] = {{10135552. / 23359437, 8788810. / 23359437, 4435075. / 23359437},
@@ -137,10 +140,16 @@ TRIAD_INLINE_BODY inline Three<V> displayed(const Display& d, const Three<V>& pi
   return {to_unit(c.x), to_unit(c.y), to_unit(c.z)};
 }
 
-// Planes in the order of a row's places: Y, Cx, Cz of the reference, then of test - reference.
-constexpr size_t kPlanes = 6;
+// Planes: Y, Cx, Cz of the reference, the same of test - reference, and Y of the test.
+constexpr size_t kPlanes = 7;
 
-// n pixels of both pictures, 3 planes of stride floats each, to a row of each of the six planes.
+// As the authors' program rounds it: see in_order().
+template <class V>
+TRIAD_INLINE_BODY inline V light_of(const V& y) {
+  return (116.f * y - 16.f) * (1.f / 116.f) + 16.f / 116.f;
+}
+
+// n pixels of both pictures, 3 planes of stride floats each, to a row of each of the planes.
 template <class V>
 TRIAD_INLINE_BODY inline void convert(const Display& display, const float* reference, const float* test,
                                       size_t stride, int n, float* to, size_t plane) {
@@ -151,138 +160,14 @@ TRIAD_INLINE_BODY inline void convert(const Display& display, const float* refer
     };
     const Three<V> r = times(k.to_opponent, displayed(display, at(reference)));
     const Three<V> t = times(k.to_opponent, displayed(display, at(test)));
-    store(to + x, r.x);
+    store(to + x, light_of(r.x));
     store(to + plane + x, r.y);
     store(to + 2 * plane + x, r.z);
     store<V>(to + 3 * plane + x, t.x - r.x);
     store<V>(to + 4 * plane + x, t.y - r.y);
     store<V>(to + 5 * plane + x, t.z - r.z);
+    store(to + 6 * plane + x, light_of(t.x));
   }
-}
-
-// ---- filters
-
-struct Taps {
-  const float* weights;
-  int radius;
-};
-Taps taps(const std::vector<float>& half) { return {half.data(), static_cast<int>(half.size()) - 1}; }
-
-struct Filters {
-  Taps achromatic, red_green, wide, narrow, gaussian, first, second;
-};
-
-// Vectors that are filtered together: one load of a weight serves them all, and their sums do not wait for each
-// other.
-constexpr int kTogether = 2;
-
-template <class V>
-struct Group {
-  V v[kTogether];
-};
-template <class V>
-TRIAD_INLINE_BODY inline Group<V> load_group(const float* from) {
-  Group<V> g;
-  for (int i = 0; i < kTogether; ++i) g.v[i] = load<V>(from + i * kLanes<V>);
-  return g;
-}
-template <class V>
-TRIAD_INLINE_BODY inline void store_group(float* to, const Group<V>& g) {
-  for (int i = 0; i < kTogether; ++i) store(to + i * kLanes<V>, g.v[i]);
-}
-// n values of an even filter over values that are `step` floats apart. Added to what is there with kAdd.
-template <class V, bool kAdd = false>
-TRIAD_INLINE_BODY inline void even(const Taps& t, const float* from, ptrdiff_t step, int n, float* to) {
-  for (int x = 0; x < n; x += kTogether * kLanes<V>) {
-    Group<V> sum = load_group<V>(from + x);
-    for (V& v : sum.v) v *= t.weights[0];
-    for (int k = 1; k <= t.radius; ++k) {
-      const Group<V> before = load_group<V>(from + x - k * step), after = load_group<V>(from + x + k * step);
-      for (int i = 0; i < kTogether; ++i) sum.v[i] += t.weights[k] * (before.v[i] + after.v[i]);
-    }
-    if constexpr (kAdd) {
-      const Group<V> there = load_group<V>(to + x);
-      for (int i = 0; i < kTogether; ++i) sum.v[i] += there.v[i];
-    }
-    store_group(to + x, sum);
-  }
-}
-
-// Both derivatives, and with kBlurs the Gaussian and the achromatic filter. The weights of the second derivative sum
-// to 0, so that it may be taken of differences from the centre: like the first it is then exactly 0 where nothing
-// changes.
-template <class V, bool kBlurs>
-TRIAD_INLINE_BODY inline void features(const Filters& f, const float* from, ptrdiff_t step, int n, float* first_to,
-                                       float* second_to, float* gaussian_to, float* achromatic_to) {
-  for (int x = 0; x < n; x += kTogether * kLanes<V>) {
-    const Group<V> centre = load_group<V>(from + x);
-    Group<V> gaussian, achromatic, first, second;
-    for (int i = 0; i < kTogether; ++i) {
-      first.v[i] = second.v[i] = V{};
-      if constexpr (kBlurs) {
-        gaussian.v[i] = f.gaussian.weights[0] * centre.v[i];
-        achromatic.v[i] = f.achromatic.weights[0] * centre.v[i];
-      }
-    }
-    const auto add = [&](int k, bool near) TRIAD_INLINE_BODY {
-      const Group<V> before = load_group<V>(from + x - k * step), after = load_group<V>(from + x + k * step);
-      for (int i = 0; i < kTogether; ++i) {
-        const V sum = before.v[i] + after.v[i];
-        first.v[i] += f.first.weights[k] * (after.v[i] - before.v[i]);
-        second.v[i] += f.second.weights[k] * (sum - (centre.v[i] + centre.v[i]));
-        if constexpr (kBlurs) {
-          gaussian.v[i] += f.gaussian.weights[k] * sum;
-          if (near) achromatic.v[i] += f.achromatic.weights[k] * sum;
-        }
-      }
-    };
-    int k = 1;
-    if constexpr (kBlurs)
-      for (; k <= f.achromatic.radius; ++k) add(k, true);
-    for (; k <= f.first.radius; ++k) add(k, false);
-    store_group(first_to + x, first);
-    store_group(second_to + x, second);
-    if constexpr (kBlurs) {
-      store_group(gaussian_to + x, gaussian);
-      store_group(achromatic_to + x, achromatic);
-    }
-  }
-}
-
-template <class V>
-TRIAD_INLINE_BODY inline void two_even(const Taps& one, const Taps& other, const float* from, ptrdiff_t step, int n,
-                                       float* one_to, float* other_to) {
-  for (int x = 0; x < n; x += kTogether * kLanes<V>) {
-    const Group<V> centre = load_group<V>(from + x);
-    Group<V> a, b;
-    for (int i = 0; i < kTogether; ++i) {
-      a.v[i] = one.weights[0] * centre.v[i];
-      b.v[i] = other.weights[0] * centre.v[i];
-    }
-    for (int k = 1; k <= one.radius; ++k) {
-      const Group<V> before = load_group<V>(from + x - k * step), after = load_group<V>(from + x + k * step);
-      for (int i = 0; i < kTogether; ++i) {
-        const V sum = before.v[i] + after.v[i];
-        a.v[i] += one.weights[k] * sum;
-        b.v[i] += other.weights[k] * sum;
-      }
-    }
-    store_group(one_to + x, a);
-    store_group(other_to + x, b);
-  }
-}
-
-// What the columns of a plane are filtered to.
-enum Column : size_t { kY, kCx, kCzWide, kCzNarrow, kGaussian, kFirst, kSecond, kColumns };
-
-// One row of the planes of one picture, downwards.
-template <class V>
-TRIAD_INLINE_BODY inline void filter_columns(const Filters& f, const float* from, size_t plane, ptrdiff_t step, int n,
-                                             float* to, size_t stride) {
-  features<V, true>(f, from, step, n, to + kFirst * stride, to + kSecond * stride, to + kGaussian * stride,
-                    to + kY * stride);
-  even<V>(f.red_green, from + plane, step, n, to + kCx * stride);
-  two_even<V>(f.wide, f.narrow, from + 2 * plane, step, n, to + kCzWide * stride, to + kCzNarrow * stride);
 }
 
 // ---- differences. In short loops over a few pixels in the first cache: each step waits long for the one before, and
@@ -303,9 +188,9 @@ TRIAD_INLINE_BODY inline void filter_row(const Filters& f, const float* rows, si
   even<V>(f.red_green, rows + kCx * stride, 1, n, s.opponent[1]);
   even<V>(f.wide, rows + kCzWide * stride, 1, n, s.opponent[2]);
   even<V, true>(f.narrow, rows + kCzNarrow * stride, 1, n, s.opponent[2]);
-  features<V, false>(f, rows + kGaussian * stride, 1, n, s.edge_x, s.point_x, nullptr, nullptr);
-  even<V>(f.gaussian, rows + kFirst * stride, 1, n, s.edge_y);
-  even<V>(f.gaussian, rows + kSecond * stride, 1, n, s.point_y);
+  derivatives<V, false>(f, rows + kGaussian * stride, 1, n, s.edge_x, s.point_x, nullptr);
+  in_order<V>(f.gaussian, f.feature_radius, rows + kFirst * stride, n, s.edge_y);
+  in_order<V>(f.gaussian, f.feature_radius, rows + kSecond * stride, n, s.point_y);
 }
 
 // The light that is seen, cut to what a display shows, as XYZ, and its change from the reference to the test. Where
@@ -383,14 +268,14 @@ TRIAD_INLINE_BODY inline void colour_difference(float* distances, int n) {
 
 // The feature difference from 0 to 1: section 4.2.
 template <class V>
-TRIAD_INLINE_BODY inline void feature_difference(const Seen& reference, const Seen& difference, int n, float* to) {
+TRIAD_INLINE_BODY inline void feature_difference(const Seen& reference, const Seen& test, int n, float* to) {
   for (int i = 0; i < n; i += kLanes<V>) {
-    const auto change = [&](const float* rx, const float* ry, const float* dx, const float* dy) TRIAD_INLINE_BODY {
-      const V x = load<V>(rx + i), y = load<V>(ry + i), tx = x + load<V>(dx + i), ty = y + load<V>(dy + i);
-      return abs_of<V>(sqrt_of<V>(tx * tx + ty * ty) - sqrt_of<V>(x * x + y * y));
+    const auto strength = [&](const float* along, const float* across) TRIAD_INLINE_BODY {
+      const V x = load<V>(along + i), y = load<V>(across + i);
+      return sqrt_of<V>(x * x + y * y);
     };
-    const V edge = change(reference.edge_x, reference.edge_y, difference.edge_x, difference.edge_y);
-    const V point = change(reference.point_x, reference.point_y, difference.point_x, difference.point_y);
+    const V edge = abs_of<V>(strength(test.edge_x, test.edge_y) - strength(reference.edge_x, reference.edge_y));
+    const V point = abs_of<V>(strength(test.point_x, test.point_y) - strength(reference.point_x, reference.point_y));
     store<V>(to + i, sqrt_of<V>(.707106781f * larger(edge, point)));
   }
 }
@@ -409,7 +294,7 @@ TRIAD_INLINE_BODY inline void combine(const float* colours, const float* feature
   }
 }
 
-// The columns of both pictures, from pixel 0 of a row on, to its errors.
+// The columns of the reference, and of the difference with the features of the test, from pixel 0 of a row on.
 template <class V>
 TRIAD_INLINE_BODY inline void judge(const Filters& f, const float* reference, const float* difference, size_t stride,
                                     int width, float exposure_stops, float* errors, float* worst_stops) {
@@ -468,9 +353,10 @@ size_t Flip::work_floats(int width, int height) const { return Arrangement(reach
 void Flip::evaluate(const FlipPicture& test, const FlipPicture& reference, int width, int height,
                     const FlipViewing& viewing, float* errors, float* worst_stops, float* work) const {
   const Arrangement at(reach_px(), width, height);
-  const Filters filters{taps(filters_.achromatic),         taps(filters_.red_green), taps(filters_.blue_yellow_wide),
-                        taps(filters_.blue_yellow_narrow), taps(filters_.gaussian),  taps(filters_.first_derivative),
-                        taps(filters_.second_derivative)};
+  const Filters filters{taps(filters_.achromatic),         taps(filters_.red_green),
+                        taps(filters_.blue_yellow_wide),   taps(filters_.blue_yellow_narrow),
+                        filters_.gaussian.data(),          filters_.first_derivative.data(),
+                        filters_.second_derivative.data(), static_cast<int>(filters_.gaussian.size() / 2)};
   float* const planes = work;
   float* const rgb = planes + kPlanes * at.plane;
   float* const columns = rgb + 6 * at.stride;
@@ -505,8 +391,9 @@ void Flip::evaluate(const FlipPicture& test, const FlipPicture& reference, int w
       const ptrdiff_t step = static_cast<ptrdiff_t>(at.stride);
       const size_t result = static_cast<size_t>(row) * static_cast<size_t>(in_groups(width));
       run_lanes([&]<class V>() TRIAD_INLINE_BODY {
-        filter_columns<V>(filters, centre, at.plane, step, at.columns, columns, at.stride);
-        filter_columns<V>(filters, centre + 3 * at.plane, at.plane, step, at.columns, difference, at.stride);
+        filter_columns<V>(filters, centre, centre, at.plane, step, at.columns, columns, at.stride);
+        filter_columns<V>(filters, centre + 3 * at.plane, centre + 6 * at.plane, at.plane, step, at.columns,
+                          difference, at.stride);
       });
       run_lanes([&]<class V>() TRIAD_INLINE_BODY {
         judge<V>(filters, columns + at.pad, difference + at.pad, at.stride, width, stops, errors + result,

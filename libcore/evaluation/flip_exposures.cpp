@@ -35,6 +35,8 @@ FlipToneCurve flip_tone_curve(FlipToneMapper mapper) {
   return {kExposure * kExposure * 2.51f, kExposure * .03f, 0, kExposure * kExposure * 2.43f, kExposure * .59f, .14f};
 }
 
+float flip_light(float code) { return code <= .04045f ? code / 12.92f : std::pow((code + .055f) / 1.055f, 2.4f); }
+
 float FlipExposures::at(int i) const {
   if (count < 2) return start_stops;
   const float step = (stop_stops - start_stops) / static_cast<float>(count - 1);

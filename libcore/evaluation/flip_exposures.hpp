@@ -22,6 +22,9 @@ FlipToneCurve flip_tone_curve(FlipToneMapper mapper);
 // Of linear light with sRGB's primaries.
 inline float flip_luminance(const float* rgb) { return .2126f * rgb[0] + .7152f * rgb[1] + .0722f * rgb[2]; }
 
+// The light of a code value of IEC 61966-2-1, and beyond [0, 1] where its formulas go on.
+float flip_light(float code);
+
 // The exposures of a comparison, in stops; all equally far apart.
 struct FlipExposures {
   float start_stops = 0, stop_stops = 0;

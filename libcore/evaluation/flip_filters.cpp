@@ -79,23 +79,26 @@ FlipFilters::FlipFilters(double ppd) {
   achromatic = alone(kAchromatic);
   red_green = alone(kRedGreen);
 
-  Half g, dg, ddg;
-  double dg_sum = 0, negative = 0, positive = 0;
-  const double deviation = static_cast<double>(deviation_px);
-  for (int k = 0; k <= edge_radius; ++k) {
-    const double x = k / deviation, value = std::exp(-.5 * x * x), bend = (x * x - 1) * value;
-    g.push_back(value);
-    dg.push_back(k * value);
-    ddg.push_back(bend);
-    dg_sum += dg.back();
-    (bend > 0 ? positive : negative) += (k == 0 ? 1 : 2) * std::abs(bend);
+  // All of this in single precision and in that order, too: what the weights lack of a sum of 0 shows in flat areas.
+  float sum = 0, dg_positive = 0, dg_negative = 0, ddg_positive = 0, ddg_negative = 0;
+  for (int k = -edge_radius; k <= edge_radius; ++k) {
+    const auto x = static_cast<float>(k);
+    const float g = std::exp(-(x * x) / (2.f * deviation_px * deviation_px)), dg = -x * g;
+    const float ddg = (x * x / (deviation_px * deviation_px) - 1.f) * g;
+    sum += g;
+    (dg > 0 ? dg_positive : dg_negative) += std::abs(dg);
+    (ddg > 0 ? ddg_positive : ddg_negative) += std::abs(ddg);
+    gaussian.push_back(g);
+    first_derivative.push_back(dg);
+    second_derivative.push_back(ddg);
   }
-  for (double& w : ddg) w /= w > 0 ? positive : negative;
-  gaussian = scaled(g, 1 / sum_of(g));
-  first_derivative = scaled(dg, 1 / dg_sum);
-  second_derivative = scaled(ddg, 1);
+  for (float& w : gaussian) w /= sum;
+  for (float& w : first_derivative) w /= w > 0 ? dg_positive : dg_negative;
+  for (float& w : second_derivative) w /= w > 0 ? ddg_positive : ddg_negative;
 }
 
-int FlipFilters::reach_px() const { return static_cast<int>(std::max(blue_yellow_wide.size(), gaussian.size())) - 1; }
+int FlipFilters::reach_px() const {
+  return static_cast<int>(std::max(blue_yellow_wide.size() - 1, gaussian.size() / 2));
+}
 
 }  // namespace triad
