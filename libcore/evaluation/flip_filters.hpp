@@ -9,7 +9,7 @@ namespace triad {
 // All are separable.
 struct FlipFilters {
   // Below the least, a Gaussian's weights beside the centre are 0 in single precision.
-  static constexpr double kLeast_ppd = 4, kMost_ppd = 2000;
+  static constexpr double kLeast_ppd = 2, kMost_ppd = 2000;
 
   // Contrast sensitivity, a sum of a sqrt(pi / b) exp(-pi^2 x^2 / b) over x in degrees, cut at three standard
   // deviations of the widest and normalised to 1 over the square that is left: their weights from the centre to the

@@ -191,7 +191,7 @@ TEST(FlipPluginTest, SaysWhatToDoAboutABlackReference) {
   EXPECT_THAT(error_of({}, {&grey, &mostly, nullptr}),
               testing::AllOf(HasSubstr("median"), HasSubstr("start= and stop=")));
   EXPECT_THAT(error_of({{"stop", "3"}}, {&grey, &black, nullptr}), HasSubstr("largest"));
-  EXPECT_EQ(error_of({{"stop", "3"}}, {&grey, &mostly, nullptr}), "");
+  EXPECT_EQ(error_of({{"stop", "5"}}, {&grey, &mostly, nullptr}), "");
   EXPECT_GT(run({{"start", "0"}, {"stop", "3"}}, {&grey, &black, nullptr}).mean, .5);
 }
 
