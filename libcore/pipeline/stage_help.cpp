@@ -52,6 +52,8 @@ std::string space_text(const triad_input& input) {
   if (!input.space) return "";
   if (std::strcmp(input.space, "linear") == 0) return ", in linear light";
   if (std::strcmp(input.space, "linear-rec709") == 0) return ", in linear light with Rec.709 primaries";
+  if (std::strcmp(input.space, "display-or-linear") == 0)
+    return ", as sRGB code values where both are stored so, else in linear light with Rec.709 primaries";
   return ", as sRGB code values";
 }
 
