@@ -66,6 +66,9 @@ void PictureOptions::add(CLI::App& verb, const std::string& to_doc) {
            "A,B,...");
   add_text(verb, "--ref-channels", ref_channels, "Channels of the reference (compare: as --channels by default)",
            "A,B,...");
+  add_text(verb, "--layer", layer,
+           "Layer (AOV) of a file of several, of the reference too: albedo, N, Z; see triad info", "NAME");
+  add_text(verb, "--ref-layer", ref_layer, "Layer of the reference (default: that of --layer)", "NAME");
   verb.add_option("--threads", threads, "Threads (default: all cores)")
       ->type_name("N")
       ->check(CLI::Range(1, kMostThreads));
@@ -77,7 +80,7 @@ void PictureOptions::add(CLI::App& verb, const std::string& to_doc) {
 }
 
 bool PictureOptions::names_reference() const {
-  return !ref_cells.empty() || !ref_from.empty() || !ref_part.empty() || !ref_channels.empty();
+  return !ref_cells.empty() || !ref_from.empty() || !ref_part.empty() || !ref_channels.empty() || !ref_layer.empty();
 }
 
 namespace {
@@ -90,8 +93,10 @@ std::vector<std::string> channel_names(const std::string& text) {
 }  // namespace
 
 ReadOptions PictureOptions::read() const {
+  if (!layer.empty() && !channels.empty()) throw_usage("--layer and --channels exclude each other");
   ReadOptions options;
   options.part = part;
+  options.layer = layer;
   options.channels = channel_names(channels);
   options.colour_space = from;
   if (!cells.empty()) options.cells = parse_cells(cells, "--cells");
@@ -99,8 +104,10 @@ ReadOptions PictureOptions::read() const {
 }
 
 ReadOptions PictureOptions::read_reference() const {
+  if (!ref_layer.empty() && !ref_channels.empty()) throw_usage("--ref-layer and --ref-channels exclude each other");
   ReadOptions options;
   options.part = ref_part;
+  options.layer = !ref_layer.empty() ? ref_layer : ref_channels.empty() ? layer : "";
   options.channels = channel_names(ref_channels);
   options.colour_space = ref_from;
   if (!ref_cells.empty()) options.cells = parse_cells(ref_cells, "--ref-cells");
@@ -126,9 +133,23 @@ void MetricOptions::add(CLI::App& verb, const std::string& reference_doc) {
   add_list("-m,--metric", metrics, "A metric: name, name:key=value,... or either with @label; may be repeated",
            "METRIC");
   add_list("--ref,--reference", references, reference_doc, "FILE");
-  add_text(verb, "--map", map, "Write the error map; a folder (ending in /) for several", "FILE");
+  add_text(verb, "--map", maps.map,
+           "Write the error map: numbers (.exr), or colours (.png); a folder (ending in /) for several", "FILE");
+  add_text(verb, "--map-format", maps.format, "What maps in a folder are: exr or png (default: exr)", "F");
+  add_text(
+      verb, "--map-scale", maps.scale,
+      "Values that the colours span: LOW:HIGH, each (every map its own) or common (default: 0 to what the metric "
+      "can reach, else one scale for all maps of a metric)",
+      "SCALE");
+  verb.add_option("--colour-map,--color-map", maps.colour_map, "Colours of maps: magma or viridis")
+      ->type_name("NAME")
+      ->check(not_empty())
+      ->capture_default_str();
   add_text(verb, "--json", json, "Write the results as JSON; - for standard output", "FILE");
   add_text(verb, "--csv", csv, "Write the scores as CSV; - for standard output", "FILE");
+  add_text(verb, "--pool", pool,
+           "Show these of the scores pooled from the error map: mean, min, max, p5 ... p99, weighted-p5 ... or all",
+           "P,P,...");
   add_list("--fail-above", fail_above, "Exit with 1 if a score is above a value: LABEL.SCORE=VALUE", "L.S=V");
   add_list("--fail-below", fail_below, "Exit with 1 if a score is below a value", "L.S=V");
   add_text(verb, "--crop", crop, "Pool scores inside this part of the test picture only", "X,Y,W,H");
@@ -154,6 +175,10 @@ void MetricOptions::apply(RunRequest& request) const {
   if (parts.size() != 4 || numbers.size() != 4 || numbers[2] < 1 || numbers[3] < 1)
     throw_usage("--crop '" + crop + "' is not X,Y,W,H in pixels, as in 0,0,64,64");
   request.crop = CropRequest{numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
+std::vector<PooledName> MetricOptions::pooled(const std::vector<ChainItem>& metric_items, PluginHost& host) const {
+  return named_pooled_scores(pool, thresholds(), metric_items, host);
 }
 
 namespace {
@@ -182,27 +207,6 @@ void MetricOptions::check_outputs(const std::vector<std::string>& others) const 
   check_report_file("--csv", csv, with_json);
 }
 
-MapPaths::MapPaths(std::string map, bool many)
-    : map_(std::move(map)), folder_(!map_.empty() && (map_.back() == '/' || fs::is_directory(map_))) {
-  if (many && !map_.empty() && !folder_)
-    throw_usage("--map '" + map_ + "' is one file, but there are several maps; name a folder, with / at its end");
-}
-
-std::string MapPaths::next(const std::string& test, const std::string& label) {
-  if (map_.empty() || !folder_) return map_;
-  const std::string stem = fs::path(test).stem().string() + "." + label;
-  std::string name = stem;
-  for (int n = 2; !taken_.insert(name).second; ++n) name = stem + "-" + std::to_string(n);
-  return (fs::path(map_) / (name + ".exr")).string();
-}
-
-void MapPaths::make_folder() const {
-  if (!folder_) return;
-  std::error_code error;
-  fs::create_directories(map_, error);
-  if (error) throw_input("--map '" + map_ + "': " + error.message());
-}
-
 NanPolicy parse_nan(const std::string& text, const std::vector<std::string>& allowed) {
   if (std::find(allowed.begin(), allowed.end(), text) == allowed.end())
     throw_usage("--nan '" + text + "' is none of '" + join(allowed, "', '") + "'" + did_you_mean(text, allowed));
@@ -225,10 +229,15 @@ bool attempt(bool several, const std::function<void()>& work) {
 }
 
 int report(const MetricOptions& options, const std::vector<Threshold>& thresholds,
-           const std::vector<MetricResult>& results, const std::vector<RunRecord>& runs) {
-  if (options.json != "-" && options.csv != "-") std::cout << results_to_table(results) << std::flush;
+           const std::vector<PooledName>& pooled, const std::vector<MetricResult>& results,
+           const std::vector<RunRecord>& runs) {
+  if (options.json != "-" && options.csv != "-") std::cout << results_to_table(results, pooled) << std::flush;
   if (!options.json.empty()) write_text_file(options.json, results_to_json(results, runs));
   if (!options.csv.empty()) write_text_file(options.csv, results_to_csv(results));
+  return report_failures(thresholds, results);
+}
+
+int report_failures(const std::vector<Threshold>& thresholds, const std::vector<MetricResult>& results) {
   int status = 0;
   std::string seen;
   for (const MetricResult& result : results) {

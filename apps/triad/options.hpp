@@ -5,13 +5,14 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
-#include <set>
 #include <string>
 #include <triad/colour/colour.hpp>
 #include <triad/evaluation/results.hpp>
 #include <triad/pipeline/plugin_host.hpp>
 #include <triad/pipeline/run.hpp>
 #include <vector>
+
+#include "maps.hpp"
 
 namespace triad::app {
 
@@ -29,7 +30,8 @@ struct HostOptions {
 
 // How pictures are read and the work is cut.
 struct PictureOptions {
-  std::string cells, ref_cells, from, ref_from, to, part, ref_part, channels, ref_channels, max_memory;
+  std::string cells, ref_cells, from, ref_from, to, part, ref_part, channels, ref_channels, layer, ref_layer,
+      max_memory;
   int threads = 0, strip_rows = 0;
 
   void add(CLI::App& verb, const std::string& to_doc);
@@ -44,28 +46,18 @@ struct PictureOptions {
 // Metrics and what becomes of their scores.
 struct MetricOptions {
   std::vector<std::string> metrics, references, fail_above, fail_below;
-  std::string json, csv, map, crop, mask;
+  std::string json, csv, crop, mask, pool;
+  MapOptions maps;
 
   void add(CLI::App& verb, const std::string& reference_doc);
   std::vector<Threshold> thresholds() const;
   void apply(RunRequest& request) const;
+  // The pooled scores that --pool and thresholds name, which must have passed check_threshold_names(). Throws
+  // Error(kUsage).
+  std::vector<PooledName> pooled(const std::vector<ChainItem>& metric_items, PluginHost& host) const;
   // Throws before the work what would otherwise be found after it: a results file that cannot be written, or
   // that is one of `others` or named twice.
   void check_outputs(const std::vector<std::string>& others) const;
-};
-
-// Paths of error maps: the file named for a single one, else TEST.LABEL.exr in the folder named, with a number
-// where that name is taken. Makes no folder.
-class MapPaths {
- public:
-  MapPaths(std::string map, bool many);
-  std::string next(const std::string& test, const std::string& label);  // "" if no map is wanted
-  void make_folder() const;
-
- private:
-  std::string map_;
-  bool folder_ = false;
-  std::set<std::string> taken_;
 };
 
 NanPolicy parse_nan(const std::string& text, const std::vector<std::string>& allowed);
@@ -76,7 +68,10 @@ void check_report_file(const std::string& option, const std::string& path, const
 
 // Prints tables, JSON and CSV as asked for, then the failures on stderr. Returns 0 or 1.
 int report(const MetricOptions& options, const std::vector<Threshold>& thresholds,
-           const std::vector<MetricResult>& results, const std::vector<RunRecord>& runs);
+           const std::vector<PooledName>& pooled, const std::vector<MetricResult>& results,
+           const std::vector<RunRecord>& runs);
+// The failures alone: a line for each picture that holds NaN and for each threshold crossed.
+int report_failures(const std::vector<Threshold>& thresholds, const std::vector<MetricResult>& results);
 
 // One of several pictures: an error with it is said at once, sets the exit status and lets the others go on;
 // Ctrl-C and defects end all. Returns whether the work was done. With several = false errors pass through.

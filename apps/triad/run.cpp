@@ -43,7 +43,7 @@ void run(const RunOptions& options) {
     throw_usage("--ref is given " + std::to_string(references.size()) + " times for " +
                 std::to_string(metrics.size()) + " metrics; give one for all, or one for each");
   if (metrics.empty() &&
-      (!options.metric.crop.empty() || !options.metric.mask.empty() || !options.metric.map.empty()))
+      (!options.metric.crop.empty() || !options.metric.mask.empty() || !options.metric.maps.map.empty()))
     throw_usage("--crop, --mask and --map belong to metrics: name one with -m");
   const bool writes =
       std::any_of(request.stages.begin(), request.stages.end(), [](const auto& s) { return s.is_write; });
@@ -81,13 +81,19 @@ void run(const RunOptions& options) {
   const ColourConfig colours = ColourConfig::load(options.host.ocio);
   const std::vector<Threshold> thresholds = options.metric.thresholds();
   check_threshold_names(thresholds, metrics, host);
+  const std::vector<PooledName> pooled = options.metric.pooled(metrics, host);
+  request.pool = !pooled.empty() || !options.metric.json.empty() || !options.metric.csv.empty();
 
   std::vector<std::string> paths = references;
   paths.insert(paths.end(), {options.input, options.output, options.metric.mask, options.chain});
   for (const ChainItem& item : request.stages) paths.push_back(item.path);
   options.metric.check_outputs(paths);
-  MapPaths maps(options.metric.map, metrics.size() > 1 || frames.size() > 1);
-  if (!options.explain) maps.make_folder();
+  MapFiles maps(options.metric.maps, metrics.size() > 1 || frames.size() > 1, frames.size() > 1);
+  std::vector<std::string> labels;
+  for (const ChainItem& metric : metrics) labels.push_back(metric.label);
+  for (const int frame : frames) maps.add(sequence ? frame_path(options.input, frame) : options.input, labels);
+  maps.check(paths);
+  if (!options.explain) maps.make_folders();
 
   std::vector<MetricResult> results;
   std::vector<RunRecord> records;
@@ -104,7 +110,8 @@ void run(const RunOptions& options) {
       MetricRequest metric{
           metrics[m],
           {sequence ? frame_path(reference, frames[f]) : reference, options.picture.read_reference()},
-          maps.next(one.input.path, metrics[m].label)};
+          options.explain ? maps.map_name(f, m) : maps.run_path(f, m),
+          pooled_by_threshold(metrics[m].label, pooled, thresholds)};
       one.metrics.push_back(std::move(metric));
     }
     if (options.explain) {
@@ -115,14 +122,21 @@ void run(const RunOptions& options) {
     const auto progress_to = [&](double share) {
       progress.update((static_cast<double>(f) + share) / static_cast<double>(frames.size()));
     };
-    if (!attempt(frames.size() > 1, [&] { result = Run(one, host, colours).execute(progress_to); })) continue;
+    if (!attempt(frames.size() > 1, [&] {
+          result = Run(one, host, colours).execute(progress_to);
+          maps.done(f, one, result, colours);
+        })) {
+      maps.failed(f);
+      continue;
+    }
     if (request.nan == NanPolicy::kZero && result.input_nonfinite.total())
       warn("'" + one.input.path + "': " + std::to_string(result.input_nonfinite.nan) + " NaN and " +
            std::to_string(result.input_nonfinite.inf) + " infinite values replaced by 0");
     results.insert(results.end(), result.metrics.begin(), result.metrics.end());
     records.push_back({one.input.path, one.output, std::move(result)});
   }
-  g_exit_status = std::max(g_exit_status, report(options.metric, thresholds, results, records));
+  maps.finish(colours);
+  g_exit_status = std::max(g_exit_status, report(options.metric, thresholds, pooled, results, records));
 }
 
 }  // namespace

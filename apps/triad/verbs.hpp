@@ -14,6 +14,7 @@ extern int g_exit_status;
 
 void setup_run(CLI::App& app);
 void setup_compare(CLI::App& app);
+void setup_convergence(CLI::App& app);
 void setup_render(CLI::App& app);
 void setup_info(CLI::App& app);
 void setup_list(CLI::App& app);

@@ -6,27 +6,27 @@
 #include <triad/image/internal/header.hpp>
 
 namespace triad::image {
-namespace {
-
-using Names = std::vector<std::string>;
 
 std::string layer_of(const std::string& name) {
   const size_t dot = name.rfind('.');
   return dot == std::string::npos ? "" : name.substr(0, dot);
 }
-// In lower case, without the layer.
 std::string base_of(const std::string& name) {
   const size_t dot = name.rfind('.');
   return lower(dot == std::string::npos ? name : name.substr(dot + 1));
 }
 bool is_alpha(const std::string& name) { return base_of(name) == "a" || base_of(name) == "alpha"; }
-int component(const std::string& name) {  // 0 1 2 for R G B, else -1
-  static const Names kShort{"r", "g", "b"}, kLong{"red", "green", "blue"};
+int component(const std::string& name) {
+  static const std::vector<std::string> kShort{"r", "g", "b"}, kLong{"red", "green", "blue"};
   const std::string base = base_of(name);
   for (int c = 0; c < 3; ++c)
     if (base == kShort[c] || base == kLong[c]) return c;
   return -1;
 }
+
+namespace {
+
+using Names = std::vector<std::string>;
 
 // R, G, B and perhaps A of a layer ("" the top level): indices, or {} without all three of R, G and B.
 std::vector<int> colour_of_layer(const Names& names, const std::string& layer) {

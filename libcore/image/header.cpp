@@ -74,7 +74,7 @@ void find_cells(const std::string& path, const OIIO::ImageSpec& from, const Carr
 }  // namespace
 
 void describe(const std::string& path, const std::string& format, const OIIO::ImageSpec& from,
-              const ReadOptions& options, ImageSpec& spec, FileInfo& info) {
+              const ReadOptions& options, const ChannelChoice& choice, ImageSpec& spec, FileInfo& info) {
   info.format = format;
   info.pixel_type = from.format.c_str();
   info.compression = text_attribute(from, "compression");
@@ -91,7 +91,6 @@ void describe(const std::string& path, const std::string& format, const OIIO::Im
   info.data_width = from.width;
   info.data_height = from.height;
 
-  const ChannelChoice choice = choose_channels(path, from.channelnames, options);
   spec.channels = choice.names;
   spec.alpha = choice.alpha;
   spec.colour_channels = choice.colour_channels;

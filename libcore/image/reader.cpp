@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
 #include <triad/image/internal/file_check.hpp>
@@ -29,10 +30,10 @@ class OiioReader final : public ImageReader {
     config.attribute("oiio:UnassociatedAlpha", 1);  // or else integers lose bits by being associated in 8 bits
     OIIO::ImageSpec first;
     if (!input_->open(path, first, config)) refuse_header(input_->geterror());
-    choose_part(options.part, format);
+    const image::ChannelChoice choice = choose(options, format);
     check(format);
-    image::describe(path, format, native_, options, spec_, info_);
-    plan_channels(options);
+    image::describe(path, format, native_, options, choice, spec_, info_);
+    plan_channels(options, choice);
     block_rows_ = image::block_rows(format, native_);
     decoder_bytes_ = count_decoder_bytes(format);
   }
@@ -47,6 +48,9 @@ class OiioReader final : public ImageReader {
     if (y0 < 0 || y1 < y0 || y1 > spec_.height)
       throw_internal("rows " + std::to_string(y0) + " to " + std::to_string(y1) + " of '" + path_ + "', which has " +
                      std::to_string(spec_.height));
+    // Strips that overlap come back for the rows that they share.
+    if (y0 > last_y0_ && y0 < last_y1_) keep_rows_ = std::max(keep_rows_, last_y1_ - y0);
+    last_y0_ = y0, last_y1_ = y1;
     for (int y = y0; y < y1; ++y) {
       float* row = out + static_cast<size_t>(y - y0) * row_stride;
       const int64_t line = int64_t{y} - info_.data_y;
@@ -81,7 +85,23 @@ class OiioReader final : public ImageReader {
     return native_.image_bytes(true);
   }
 
-  void choose_part(const std::string& wanted, const std::string& format) {
+  // Opens the part and says which of its channels are wanted.
+  image::ChannelChoice choose(const ReadOptions& options, const std::string& format) {
+    if (!options.layer.empty() && !options.channels.empty())
+      throw_usage("'" + path_ + "': a layer ('" + options.layer + "') and channels cannot be chosen both");
+    part_ = find_part(options.part, format);
+    std::optional<image::LayerChoice> layer;
+    if (!options.layer.empty()) {
+      layer = image::choose_layer(path_, info_.parts, options.part.empty() ? -1 : part_, options.layer);
+      part_ = layer->part;
+    }
+    if (!input_->seek_subimage(part_, 0))
+      fail(path_, "cannot go to part " + std::to_string(part_), input_->geterror());
+    native_ = input_->spec();
+    return layer ? layer->channels : image::choose_channels(path_, native_.channelnames, options);
+  }
+
+  int find_part(const std::string& wanted, const std::string& format) {
     int chosen = -1;
     std::vector<std::string> names;
     // Only these two have parts of equal standing; GIF's and WebP's are frames that must be decoded in order.
@@ -108,10 +128,7 @@ class OiioReader final : public ImageReader {
     if (chosen < 0)
       throw_input("'" + path_ + "' has no part '" + wanted + "'" + did_you_mean(wanted, names) + "; it has " +
                   join(names, ", ") + " (or by number, 0 to " + std::to_string(info_.parts.size() - 1) + ")");
-    part_ = chosen;
-    if (!input_->seek_subimage(part_, 0))
-      fail(path_, "cannot go to part " + std::to_string(part_), input_->geterror());
-    native_ = input_->spec();
+    return chosen;
   }
 
   // What only the decoder's own view of the header tells.
@@ -137,8 +154,7 @@ class OiioReader final : public ImageReader {
     image::check_length(path_, image::file_size(path_), static_cast<double>(native_.image_bytes(true)), ratio);
   }
 
-  void plan_channels(const ReadOptions& options) {
-    const image::ChannelChoice choice = image::choose_channels(path_, native_.channelnames, options);
+  void plan_channels(const ReadOptions& options, const image::ChannelChoice& choice) {
     indices_ = choice.file_indices;
     const bool straight = native_.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
     if (straight != options.straight_alpha) {
@@ -171,26 +187,34 @@ class OiioReader final : public ImageReader {
     const int64_t blocks_wanted = (wanted_end - begin + block - 1) / block;
     const int64_t blocks_fitting = std::max<int64_t>(1, kBuffer / static_cast<int64_t>(row_bytes_) * block);
     const int64_t end = std::min<int64_t>(native_.height, begin + std::min(blocks_wanted, blocks_fitting) * block);
+    // To go back, some decoders begin anew at the top of the picture.
+    constexpr int64_t kMostKept = 16 << 20;  // bytes
+    int64_t kept = 0;
+    if (begin == cached_end_ && native_.tile_width == 0)
+      kept = std::min({int64_t{keep_rows_}, kMostKept / static_cast<int64_t>(row_bytes_), begin - cached_begin_});
+    if (kept > 0)
+      std::memmove(buffer_.data(), buffer_.data() + static_cast<size_t>(begin - kept - cached_begin_) * row_bytes_,
+                   static_cast<size_t>(kept) * row_bytes_);
     cached_begin_ = cached_end_ = 0;
     // Whole tiles, also where they reach past the picture: asked for less, the EXR decoder of OpenImageIO 2.4
     // writes past the end of the buffer.
     const int64_t rows = native_.tile_width > 0 ? (end - begin + block - 1) / block * block : end - begin;
-    buffer_.resize(static_cast<size_t>(rows) * row_bytes_);
+    buffer_.resize(static_cast<size_t>(kept + rows) * row_bytes_);
+    std::byte* const fresh = buffer_.data() + static_cast<size_t>(kept) * row_bytes_;
     const int y0 = native_.y + static_cast<int>(begin), y1 = native_.y + static_cast<int>(begin + rows);
     bool ok = false;
     std::string thrown;
     try {
-      ok = native_.tile_width > 0
-               ? input_->read_native_tiles(part_, 0, native_.x, native_.x + row_pixels_, y0, y1, native_.z,
-                                           native_.z + 1, first_, last_, buffer_.data())
-               : input_->read_native_scanlines(part_, 0, y0, y1, native_.z, first_, last_, buffer_.data());
+      ok = native_.tile_width > 0 ? input_->read_native_tiles(part_, 0, native_.x, native_.x + row_pixels_, y0, y1,
+                                                              native_.z, native_.z + 1, first_, last_, fresh)
+                                  : input_->read_native_scanlines(part_, 0, y0, y1, native_.z, first_, last_, fresh);
     } catch (const std::exception& error) {
       thrown = error.what();
     }
     // Some decoders report what they could not read and still return true.
     if (!ok || input_->has_error())
       fail(path_, "it is cut short or corrupt", thrown.empty() ? input_->geterror() : thrown);
-    cached_begin_ = static_cast<int>(begin);
+    cached_begin_ = static_cast<int>(begin - kept);
     cached_end_ = static_cast<int>(end);
   }
 
@@ -261,6 +285,8 @@ class OiioReader final : public ImageReader {
   size_t row_bytes_ = 0;
   std::vector<std::byte> buffer_;
   int cached_begin_ = 0, cached_end_ = 0;  // the rows of the data window that buffer_ holds
+  int last_y0_ = 0, last_y1_ = 0;          // what was asked for last
+  int keep_rows_ = 0;                      // how far back callers came for more
   mutable std::vector<float> alpha_row_;
 };
 

@@ -14,6 +14,7 @@ namespace triad {
 
 struct ReadOptions {
   std::string part;                   // of a multi-part file, by name or number from 0; "" the first
+  std::string layer = {};             // of a multi-layer file, see ImageReader; "" what is outside its layers
   std::vector<std::string> channels;  // which, in this order, by name as in the file; {} see ImageReader::open
   std::string colour_space;           // overrides what the file says (--from)
   std::optional<Cells> cells;         // overrides what the file says (--cells)
@@ -56,6 +57,14 @@ struct FileInfo {
 // with red and blue exchanged, its channels called R, G and B (position decides, in every format it is written
 // to). channels = {"diffuse"} asks for all channels of that layer. Names unknown to the file are an error that
 // lists what there is.
+//
+// Layers: with ReadOptions::layer, the channels of one layer, in whichever part it lies (of ReadOptions::part, where
+// that is given): "NAME.R", "NAME.G", "NAME.B" and "NAME.A" as colour, where NAME may itself have dots; "NAME.X",
+// "NAME.Y", "NAME.Z", or a single channel, called NAME or NAME and anything, as data, which has no colour space (but
+// "NAME.Y" is grey); in a file of several parts also what the part called NAME holds outside its layers. Layers whose
+// names say that they are no colour (normal, position, depth, uv, motion, velocity, variance) are data also as R, G
+// and B. NAME may be in another case, or the end of one layer's name after a dot. ReadOptions::channels must be empty
+// then.
 //
 // Cells: the metadata "triad:cells" ("3x1") wins over the pixel aspect (1/n is taken as n x 1 for n = 2..16,
 // within 1e-3); ReadOptions::cells wins over both.

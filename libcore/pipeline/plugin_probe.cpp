@@ -128,6 +128,8 @@ struct Shape {
 // One pixel, one row, one column, odd sizes, more than one SIMD vector, wide renders.
 constexpr Shape kShapes[] = {{1, 1, {1, 1}},  {7, 5, {1, 1}},   {64, 33, {1, 1}}, {257, 3, {1, 1}},
                              {1, 40, {1, 1}}, {96, 17, {3, 1}}, {21, 8, {3, 1}},  {6, 12, {1, 3}}};
+// For stages that took none of these, such as those that look at a picture at several scales.
+constexpr Shape kLarger{181, 300, {1, 1}};
 // Near the largest int32_t, with room for what a careful need() adds to it.
 constexpr int kTallest = 2'000'000'000;
 constexpr int kThreads = 4, kRaceRuns = 4;
@@ -163,6 +165,7 @@ class StageProbe {
     if (created) {
       for (const Shape& shape : kShapes)
         for (const int channels : {4, 1}) shape_with(shape, channels);
+      if (accepted_ == 0) shape_with(kLarger, 4);
       for (const Shape& shape : {Shape{1, kTallest, {1, 1}}, Shape{100003, 1, {1, 1}}}) extreme(shape);
     }
     before.compare([&](const char* rule, const std::string& what) { fail(rule, what); });
@@ -245,9 +248,9 @@ class StageProbe {
           const std::string kind = desc_.inputs[i]->channels;
           const bool small = standard_first && i == 0;
           pictures.push_back(synthetic_picture(small ? shape.width / shape.cells.x : shape.width, shape.height,
-                                               kind == "rgb"    ? 3
-                                               : kind == "mask" ? 1
-                                                                : channels,
+                                               kind == "rgb" || kind == "variance.*" ? 3
+                                               : kind == "mask"                      ? 1
+                                                                                     : channels,
                                                small ? Cells{} : shape.cells, i + 1));
         }
         std::vector<const SyntheticPicture*> inputs;

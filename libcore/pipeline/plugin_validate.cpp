@@ -209,14 +209,15 @@ class Validator {
       text(input.doc, what + ": doc", true);
       flags(input.flags, TRIAD_INPUT_OPTIONAL, what);
       text(input.channels, what + ": channels", true);
-      if (!one_of(input.channels, {"rgb", "*", "mask"}))
-        fail("record.inputs",
-             what + ": channels is '" + std::string(input.channels) + "', not \"rgb\", \"*\" or \"mask\"");
+      if (!one_of(input.channels, {"rgb", "*", "mask", "variance.*"}))
+        fail("record.inputs", what + ": channels is '" + std::string(input.channels) +
+                                  "', not \"rgb\", \"*\", \"mask\" or \"variance.*\"");
       if (input.space) {
         text(input.space, what + ": space", true);
-        if (!one_of(input.space, {"linear", "linear-rec709", "display"}))
-          fail("record.inputs", what + ": space is '" + std::string(input.space) +
-                                    "', not \"linear\", \"linear-rec709\", \"display\" or NULL");
+        if (!one_of(input.space, {"linear", "linear-rec709", "display", "display-or-linear"}))
+          fail("record.inputs",
+               what + ": space is '" + std::string(input.space) +
+                   "', not \"linear\", \"linear-rec709\", \"display\", \"display-or-linear\" or NULL");
       }
       const bool optional = (input.flags & TRIAD_INPUT_OPTIONAL) != 0;
       if (std::strcmp(input.channels, "mask") == 0 && !optional)

@@ -4,6 +4,13 @@
 
 namespace triad {
 
+const std::vector<std::string>& pooled_score_names() {
+  static const std::vector<std::string> kNames{
+      "mean", "min",         "p5",           "p25",          "p50",          "p75",          "p95",         "p99",
+      "max",  "weighted-p5", "weighted-p25", "weighted-p50", "weighted-p75", "weighted-p95", "weighted-p99"};
+  return kNames;
+}
+
 Run::Run(RunRequest request, PluginHost& host, const ColourConfig& colours)
     : impl_(std::make_unique<Impl>(std::move(request), host, colours)) {}
 Run::~Run() = default;

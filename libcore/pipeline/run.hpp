@@ -45,6 +45,9 @@ struct MetricRequest {
   ChainItem item;
   PictureRequest reference;
   std::string map_path;  // "" none
+  // A pooled score that somebody named, as in "--fail-above 'flip.p95=0.2'": the Run refuses a metric that makes no
+  // map to pool it from, and names this. "" none. RunRequest::pool must be set beside it.
+  std::string pooled_by_name = {};
 };
 
 struct CropRequest {
@@ -59,6 +62,7 @@ struct RunRequest {
   std::string output_space;   // --to; "" by format
   WriteOptions write;
   std::vector<MetricRequest> metrics;
+  bool pool = false;                // MetricResult::pooled of every metric that makes a map of errors
   std::optional<CropRequest> crop;  // pooling is inside; of the metrics' test picture
   // The space in which metrics that take pictures as they are see both of them; "" linear light.
   std::string metric_space;
@@ -79,11 +83,37 @@ struct MetricResult {
     int better = -1;  // -1 lower, 0 nearer to zero, 1 higher
   };
   std::vector<Score> scores;  // empty when the comparison failed over values that are not finite
+
+  // What the metric's map holds, where the plan of the metric says that it is to be pooled; of a map of three
+  // channels each channel's value counts. Weights are those of the mask, in steps of 1/65535; without a mask all
+  // are 1. Every number is exact but for its own rounding to double, and the same whatever the threads and strips.
+  struct Pooled {
+    // Those of pooled_score_names(), in that order. pN: the smallest value v for which the values <= v have N % of
+    // the whole weight. weighted-pN: values sorted, the value at which their running sum (each times its weight)
+    // reaches N % of the whole sum, so that large errors count for more; 0 when the sum is 0, left out when the map
+    // holds negative values. better: of the metric's first score that is bounded and has a better side, else lower.
+    std::vector<Score> scores;
+    struct Place {
+      int x = 0, y = 0, channel = 0;  // the first in reading order
+    } min_at, max_at;
+    // Bins of equal width from min(0, least) to max(0, largest finite value), in weight; a value on a border is in
+    // the bin above, the largest in the last. Infinities are in the first and last.
+    struct Histogram {
+      double low = 0, high = 0;
+      std::vector<double> counts;
+    } histogram;
+    uint64_t values = 0;  // whose weight is not 0
+    double weight = 0;    // of all of them
+  };
+  std::optional<Pooled> pooled;  // none without RunRequest::pool, a map, or a pixel to pool
   StageReports reports;
   NonFinite nonfinite;  // in test and reference together
   bool nonfinite_failed = false;
   double seconds = 0;  // in the metric's code, summed over threads
 };
+
+// mean, min, p5, p25, p50, p75, p95, p99, max, weighted-p5 ... weighted-p99.
+const std::vector<std::string>& pooled_score_names();
 
 struct RunResult {
   std::vector<MetricResult> metrics;

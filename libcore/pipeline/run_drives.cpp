@@ -142,87 +142,103 @@ void Run::Impl::choose_rows(Drive& drive, int rows) const {
   drive.token_rows = static_cast<int>(std::clamp<int64_t>(rounded, 1, std::max(1, drive.sink_height)));
 }
 
-std::vector<TokenPlan> Run::Impl::plan_tokens(const Drive& drive) const {
-  std::vector<TokenPlan> tokens;
-  const size_t count = static_cast<size_t>(drive.last - drive.first) + 1;
-  std::vector<int> covered(count, 0);
-  for (int64_t n = 0; n < drive.tokens(); ++n) {
-    TokenPlan token;
-    const int y0 = static_cast<int>(n * drive.token_rows);
-    token.sink = {
-        y0, static_cast<int>(std::min<int64_t>(drive.sink_height, static_cast<int64_t>(y0) + drive.token_rows))};
-    token.rows.resize(count);
-    token.pads.resize(count);
-    token.stages.resize(count - 1);
-    token.reference_rows.resize(references.size());
-    token.reference_pads.resize(references.size());
-    RowRange rows = token.sink;
-    Pads pads;
-    if (drive.sink == Sink::kPass) {
-      token.stages.push_back(filters[static_cast<size_t>(drive.last)]->needs(drive.pass, token.sink));
-      rows = token.stages.back().in;
-      pads = token.stages.back().pads;
-    } else if (drive.sink == Sink::kFinal) {
-      for (const auto& metric : metrics) {
-        std::vector<MetricCall> calls;
-        if (drive.pass < metric->plan.plan.passes) {
-          const int step = metric->strip_rows(drive.sink_height), edge = metric->plan.plan.edge;
-          const int width = level(levels()).width;
-          for (int y = token.sink.y0; y < token.sink.y1; y += step) {
-            MetricCall call;
-            call.out = {y, std::min(token.sink.y1, y + step)};
-            call.needs = metric->instance.need(drive.pass, {0, call.out.y0, width, call.out.y1});
-            rows.cover(row_hull(call.needs[static_cast<size_t>(metric->test_input)], drive.sink_height, edge));
-            token.reference_rows[metric->reference].cover(
-                row_hull(call.needs[static_cast<size_t>(metric->reference_input)],
-                         references[metric->reference].source->spec().height, edge));
-            if (metric->mask_input >= 0 && uses_mask())
-              token.mask_rows.cover(
-                  row_hull(call.needs[static_cast<size_t>(metric->mask_input)], drive.sink_height, edge));
-            calls.push_back(std::move(call));
-          }
+Run::Impl::TokenPlanner::TokenPlanner(const Impl& run, const Drive& drive)
+    : run_(run), drive_(drive), covered_(static_cast<size_t>(drive.last - drive.first) + 1, 0) {}
+
+std::optional<TokenPlan> Run::Impl::TokenPlanner::next() {
+  if (n_ == drive_.tokens()) return std::nullopt;
+  const bool last = n_ + 1 == drive_.tokens();
+  TokenPlan token = run_.plan_token(drive_, n_++, last, covered_);
+  token.fresh = covered_;
+  for (size_t k = 0; k < covered_.size(); ++k) covered_[k] = std::max(covered_[k], token.rows[k].y1);
+  token.bytes = run_.estimate(drive_, token);
+  return token;
+}
+
+TokenPlan Run::Impl::plan_token(const Drive& drive, int64_t n, bool last, const std::vector<int>& covered) const {
+  const size_t count = covered.size();
+  TokenPlan token;
+  const int y0 = static_cast<int>(n * drive.token_rows);
+  token.sink = {y0,
+                static_cast<int>(std::min<int64_t>(drive.sink_height, static_cast<int64_t>(y0) + drive.token_rows))};
+  token.rows.resize(count);
+  token.pads.resize(count);
+  token.stages.resize(count - 1);
+  token.reference_rows.resize(references.size());
+  token.reference_pads.resize(references.size());
+  RowRange rows = token.sink;
+  Pads pads;
+  if (drive.sink == Sink::kPass) {
+    token.stages.push_back(filters[static_cast<size_t>(drive.last)]->needs(drive.pass, token.sink));
+    rows = token.stages.back().in;
+    pads = token.stages.back().pads;
+  } else if (drive.sink == Sink::kFinal) {
+    for (const auto& metric : metrics) {
+      std::vector<MetricCall> calls;
+      if (drive.pass < metric->plan.plan.passes) {
+        const int step = metric->strip_rows(drive.sink_height), edge = metric->plan.plan.edge;
+        const int width = level(levels()).width;
+        for (int y = token.sink.y0; y < token.sink.y1; y += step) {
+          MetricCall call;
+          call.out = {y, std::min(token.sink.y1, y + step)};
+          call.needs = metric->instance.need(drive.pass, {0, call.out.y0, width, call.out.y1});
+          rows.cover(row_hull(call.needs[static_cast<size_t>(metric->test_input)], drive.sink_height, edge));
+          token.reference_rows[metric->reference].cover(
+              row_hull(call.needs[static_cast<size_t>(metric->reference_input)],
+                       references[metric->reference].source->spec().height, edge));
+          if (metric->mask_input >= 0 && uses_mask())
+            token.mask_rows.cover(
+                row_hull(call.needs[static_cast<size_t>(metric->mask_input)], drive.sink_height, edge));
+          if (metric->variance_input >= 0)
+            token.variance_rows.cover(
+                row_hull(call.needs[static_cast<size_t>(metric->variance_input)], drive.sink_height, edge));
+          calls.push_back(std::move(call));
         }
-        token.metrics.push_back(std::move(calls));
+        if (metric->pools() && pools_by_weight() && drive.pass + 1 == metric->plan.plan.passes)
+          token.mask_rows.cover(token.sink);
       }
-      // The weights of --nan ignore look at the test and the reference.
-      if (!token.mask_rows.empty()) rows.cover(token.mask_rows);
-      for (size_t m = 0; m < metrics.size(); ++m)
-        for (const MetricCall& call : token.metrics[m]) {
-          const auto& metric = *metrics[m];
-          const ImageSpec& test = level(levels());
-          const ImageSpec& reference = references[metric.reference].source->spec();
-          pads.cover(overhang(call.needs[static_cast<size_t>(metric.test_input)], test.width, rows));
-          token.reference_pads[metric.reference].cover(
-              overhang(call.needs[static_cast<size_t>(metric.reference_input)], reference.width,
-                       token.reference_rows[metric.reference]));
-          if (metric.mask_input >= 0 && uses_mask())
-            token.mask_pads.cover(
-                overhang(call.needs[static_cast<size_t>(metric.mask_input)], test.width, token.mask_rows));
-        }
+      token.metrics.push_back(std::move(calls));
     }
-    for (int at = drive.last;; --at) {
-      const size_t k = static_cast<size_t>(at - drive.first);
-      if (writes_at(drive, at)) {
-        // A picture that is written needs each of its rows, in order, whatever the stages after it look at.
-        rows.y0 = std::min(rows.y0, covered[k]);
-        if (n + 1 == drive.tokens()) rows.y1 = level(at).height;
-        rows.y1 = std::max(rows.y1, covered[k]);
+    // The weights of --nan ignore look at the test, its variance and the reference.
+    if (!token.mask_rows.empty()) {
+      rows.cover(token.mask_rows);
+      if (!token.variance_rows.empty()) token.variance_rows.cover(token.mask_rows);
+    }
+    for (size_t m = 0; m < metrics.size(); ++m)
+      for (const MetricCall& call : token.metrics[m]) {
+        const auto& metric = *metrics[m];
+        const ImageSpec& test = level(levels());
+        const ImageSpec& reference = references[metric.reference].source->spec();
+        pads.cover(overhang(call.needs[static_cast<size_t>(metric.test_input)], test.width, rows));
+        token.reference_pads[metric.reference].cover(overhang(call.needs[static_cast<size_t>(metric.reference_input)],
+                                                              reference.width,
+                                                              token.reference_rows[metric.reference]));
+        if (metric.mask_input >= 0 && uses_mask())
+          token.mask_pads.cover(
+              overhang(call.needs[static_cast<size_t>(metric.mask_input)], test.width, token.mask_rows));
+        if (metric.variance_input >= 0)
+          token.variance_pads.cover(
+              overhang(call.needs[static_cast<size_t>(metric.variance_input)], test.width, token.variance_rows));
       }
-      token.rows[k] = rows;
-      token.pads[k] = pads;
-      if (at == drive.first) break;
-      token.stages[k - 1] =
-          filters[static_cast<size_t>(at) - 1]->needs(filters[static_cast<size_t>(at) - 1]->plan().passes - 1, rows);
-      token.rows[k] = token.stages[k - 1].out;
-      rows = token.stages[k - 1].in;
-      pads = token.stages[k - 1].pads;
-    }
-    token.fresh = covered;
-    for (size_t k = 0; k < count; ++k) covered[k] = std::max(covered[k], token.rows[k].y1);
-    token.bytes = estimate(drive, token);
-    tokens.push_back(std::move(token));
   }
-  return tokens;
+  for (int at = drive.last;; --at) {
+    const size_t k = static_cast<size_t>(at - drive.first);
+    if (writes_at(drive, at)) {
+      // A picture that is written needs each of its rows, in order, whatever the stages after it look at.
+      rows.y0 = std::min(rows.y0, covered[k]);
+      if (last) rows.y1 = level(at).height;
+      rows.y1 = std::max(rows.y1, covered[k]);
+    }
+    token.rows[k] = rows;
+    token.pads[k] = pads;
+    if (at == drive.first) break;
+    token.stages[k - 1] =
+        filters[static_cast<size_t>(at) - 1]->needs(filters[static_cast<size_t>(at) - 1]->plan().passes - 1, rows);
+    token.rows[k] = token.stages[k - 1].out;
+    rows = token.stages[k - 1].in;
+    pads = token.stages[k - 1].pads;
+  }
+  return token;
 }
 
 uint64_t Run::Impl::estimate(const Drive& drive, const TokenPlan& token) const {
@@ -243,6 +259,8 @@ uint64_t Run::Impl::estimate(const Drive& drive, const TokenPlan& token) const {
   }
   if (!token.mask_rows.empty())
     held += StripBuffer::bytes(token.mask_rows, level(levels()).width, 1, token.mask_pads);
+  if (!token.variance_rows.empty())
+    held += StripBuffer::bytes(token.variance_rows, level(levels()).width, 3, token.variance_pads);
   uint64_t current = bytes_at(drive.first);
   peak = held + current;
   for (int at = drive.first; at < drive.last; ++at) {
@@ -260,8 +278,9 @@ uint64_t Run::Impl::estimate(const Drive& drive, const TokenPlan& token) const {
     if (!metrics.empty()) held += copies_at(drive.last) * current;
     uint64_t maps = 0, copies = 0;
     for (const auto& metric : metrics) {
-      if (!metric->map_path.empty())
+      if (metric->makes_map())
         maps += StripBuffer::bytes(token.sink, metric->map_spec.width, metric->map_spec.channel_count(), {});
+      if (metric->pools()) maps += Pooling::block_bytes(pools_by_weight(), metric->pooled_values(token.sink));
       const size_t r = metric->reference;
       const ImageSpec& spec = references[r].source->spec();
       // Each metric has a copy of its own of both, unless it takes them as they are.
@@ -278,6 +297,15 @@ void Run::Impl::fit_memory() {
   const uint64_t limit = request.max_memory ? request.max_memory : machine_memory_bytes() / 2;
   uint64_t fixed = kBaseBytes + input->memory_bytes();
   for (const Reference& reference : references) fixed += reference.source->memory_bytes();
+  if (variance) fixed += variance->memory_bytes();
+  uint64_t finishing = 0;
+  for (const auto& metric : metrics) {
+    if (!metric->pools()) continue;
+    const uint64_t values = metric->pooled_values({0, level(levels()).height});
+    fixed += Pooling::held_bytes(pools_by_weight(), pool_keep_bytes(), values);
+    finishing = std::max(finishing, Pooling::finish_bytes(values));
+  }
+  fixed += finishing;
   // Encoders hold some blocks of rows: about three of 64 rows, measured over the formats.
   for (const PictureOutput& out : outputs)
     fixed += out.path.empty()
@@ -299,7 +327,8 @@ void Run::Impl::fit_memory() {
     if (rows == 0) rows = static_cast<int>(std::clamp<uint64_t>(kStripBytes / widest, kMinStripRows, kMaxStripRows));
     const auto measure = [&] {
       drive.token_bytes = 0;
-      for (const TokenPlan& token : plan_tokens(drive)) drive.token_bytes = std::max(drive.token_bytes, token.bytes);
+      TokenPlanner planner(*this, drive);
+      while (const auto token = planner.next()) drive.token_bytes = std::max(drive.token_bytes, token->bytes);
     };
     choose_rows(drive, rows);
     measure();

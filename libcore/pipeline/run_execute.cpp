@@ -10,6 +10,7 @@
 #include <triad/base/file.hpp>
 #include <triad/base/log.hpp>
 #include <triad/pipeline/picture_keeper.hpp>
+#include <triad/pipeline/plugin_error.hpp>
 #include <triad/pipeline/run_impl.hpp>
 
 namespace triad {
@@ -44,14 +45,19 @@ NonFinite treat_nonfinite(const StripBuffer& buffer, RowRange rows, bool zero) {
   return found;
 }
 
+// Errors are measurements: where a format can, it keeps them as floats.
+std::unique_ptr<ImageWriter> open_map_writer(const MetricNode& metric) {
+  const bool codes = is_display_encoded_format(metric.map_path, Depth::kDefault);
+  return ImageWriter::open(metric.map_path, metric.map_spec, {codes ? Depth::kDefault : Depth::kFloat, ""});
+}
+
 }  // namespace
 
 struct Run::Impl::Token {
-  const TokenPlan* plan = nullptr;
-  bool last = false;
+  std::optional<TokenPlan> plan;
   StripBuffer current;
   std::vector<StripBuffer> references;
-  StripBuffer mask;
+  StripBuffer mask, variance;
   std::vector<std::pair<size_t, StripBuffer>> to_write;  // index into outputs
   std::vector<std::vector<StageState>> states;           // per metric, per call; one list for a filter's pass
   std::vector<std::vector<StageState>> filter_states;    // per filter of the drive, of its last pass
@@ -62,10 +68,11 @@ struct Run::Impl::Execution {
   BufferPool pool;
   std::vector<std::unique_ptr<ImageWriter>> writers;  // one per output
   std::vector<std::unique_ptr<ImageWriter>> map_writers;
-  StageState state;  // of a filter's pass
+  std::vector<std::unique_ptr<Pooling>> poolings;  // per metric, or none
+  StageState state;                                // of a filter's pass
   std::vector<StageState> metric_states;
   std::vector<NonFinite> nonfinite_of_references;
-  NonFinite nonfinite_of_test, input_nonfinite;
+  NonFinite nonfinite_of_test, nonfinite_of_variance, input_nonfinite;
   std::vector<std::unique_ptr<std::atomic<int64_t>>> filter_ns;
   std::mutex mutex;  // of the counts below
   std::vector<NonFinite> replaced;
@@ -79,7 +86,7 @@ struct Run::Impl::Execution {
 };
 
 void Run::Impl::run_drive(const Drive& drive, Execution& run) {
-  const std::vector<TokenPlan> plans = plan_tokens(drive);
+  TokenPlanner planner(*this, drive);
   PictureSource& source = drive.from_memory ? *run.held_source : *input;
   const bool final_sink = drive.sink == Sink::kFinal, counts = final_sink && drive.pass == 0;
   const ImageSpec& sink_spec = level(drive.last);
@@ -117,6 +124,11 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
       token.references[r] = StripBuffer(run.pool, rows, reference.spec().width, reference.spec().channel_count(),
                                         plan.reference_pads[r]);
       reference.read_rows(rows, token.references[r].row(rows.y0), token.references[r].stride());
+    }
+    if (!plan.variance_rows.empty()) {
+      const RowRange rows = plan.variance_rows;
+      token.variance = StripBuffer(run.pool, rows, sink_spec.width, 3, plan.variance_pads);
+      variance->read_rows(rows, token.variance.row(rows.y0), token.variance.stride());
     }
     if (!plan.mask_rows.empty()) {
       const RowRange rows = plan.mask_rows;
@@ -188,7 +200,8 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     const ImageSpec& reference_spec = references[metric.reference].source->spec();
     StripBuffer test = prepare_input(run.pool, token.current, false, sink_spec, metric.test_binding);
     StripBuffer reference = prepare_input(run.pool, reference_rows, false, reference_spec, metric.reference_binding);
-    if (!metric.map_path.empty())
+    const bool last_pass = drive.pass + 1 == metric.plan.plan.passes;
+    if (last_pass && metric.makes_map())
       token.maps[m] = StripBuffer(run.pool, plan.sink, metric.map_spec.width, metric.map_spec.channel_count(), {});
     const int edge = metric.plan.plan.edge;
     for (const MetricCall& call : plan.metrics[m]) {
@@ -207,14 +220,23 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
         mask_strip = token.mask.view(mask_need);
         inputs[static_cast<size_t>(metric.mask_input)] = &mask_strip;
       }
+      triad_strip variance_strip{};
+      if (metric.variance_input >= 0) {
+        const triad_rect& variance_need = call.needs[static_cast<size_t>(metric.variance_input)];
+        fill_edges(token.variance, variance_need, sink_spec.height, edge);
+        variance_strip = token.variance.view(variance_need);
+        inputs[static_cast<size_t>(metric.variance_input)] = &variance_strip;
+      }
       const triad_rect rect{0, call.out.y0, sink_spec.width, call.out.y1};
       triad_strip map_strip{};
-      const bool map = token.maps[m] && drive.pass + 1 == metric.plan.plan.passes;
+      const bool map = static_cast<bool>(token.maps[m]);
       if (map) map_strip = token.maps[m].view(rect);
       token.states[m].emplace_back(metric.plan.plan.state_bytes);
       auto& state = token.states[m].back();
       metric.instance.strip(drive.pass, rect, inputs, map ? &map_strip : nullptr, state.data());
     }
+    if (last_pass && metric.pools()) pool_map(metric, token, token.maps[m], *run.poolings[m]);
+    if (metric.map_path.empty()) token.maps[m].reset();
   };
 
   // Of rows of the test or a reference: what is not finite and not left out by the mask or the crop.
@@ -240,7 +262,12 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     const TokenPlan& plan = *token.plan;
     NonFinite in_test;
     std::vector<NonFinite> in_references(references.size());
+    NonFinite in_variance;
     if (counts) in_test = pooled_nonfinite(token, token.current, sink_spec, plan.sink);
+    if (counts && token.variance)
+      in_variance = pooled_nonfinite(
+          token, token.variance, sink_spec,
+          {std::max(plan.sink.y0, plan.variance_rows.y0), std::min(plan.sink.y1, plan.variance_rows.y1)});
     for (size_t r = 0; r < references.size(); ++r) {
       if (!token.references[r] || !counts) continue;
       // Rows of the reference that belong to this strip alone.
@@ -267,7 +294,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
                 return true;
             return false;
           };
-          bool out = bad(token.current, sink_spec);
+          bool out = bad(token.current, sink_spec) || (token.variance && bad(token.variance, sink_spec));
           for (size_t r = 0; r < references.size() && !out; ++r)
             out = token.references[r] && bad(token.references[r], references[r].source->spec());
           if (out) token.mask.row(y)[x] = 0;
@@ -284,9 +311,11 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     }
     for (const StripBuffer& reference : token.references)
       if (reference) treat_nonfinite(reference, reference.rows(), true);
+    if (token.variance) treat_nonfinite(token.variance, token.variance.rows(), true);
     if (!counts) return;
     const std::lock_guard lock(run.mutex);
     run.nonfinite_of_test += in_test;
+    run.nonfinite_of_variance += in_variance;
     for (size_t r = 0; r < references.size(); ++r) run.nonfinite_of_references[r] += in_references[r];
   };
 
@@ -313,7 +342,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
       for (size_t m = 0; m < metrics.size(); ++m) {
         for (const auto& state : token.states[m])
           if (state.data()) metrics[m]->instance.merge(drive.pass, run.metric_states[m].data(), state.data());
-        if (token.maps[m] && drive.pass + 1 == metrics[m]->plan.plan.passes)
+        if (token.maps[m])
           run.map_writers[m]->write_rows(token.plan->sink.y0, token.plan->sink.y1,
                                          token.maps[m].row(token.plan->sink.y0), token.maps[m].stride());
       }
@@ -366,17 +395,16 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
 
   // oneTBB orders all steps before the pipeline's return, but ThreadSanitizer cannot see into it; this says so.
   std::atomic<int64_t> done{0};
-  int64_t next = 0;
   using TokenPtr = std::shared_ptr<Token>;
   tbb::filter<void, TokenPtr> line = tbb::make_filter<void, TokenPtr>(
       tbb::filter_mode::serial_in_order, [&](tbb::flow_control& control) -> TokenPtr {
-        if (next == static_cast<int64_t>(plans.size())) {
+        auto token = std::make_shared<Token>();
+        token->plan = planner.next();
+        if (!token->plan) {
           control.stop();
           return nullptr;
         }
         check_cancel();
-        auto token = std::make_shared<Token>();
-        token->plan = &plans[static_cast<size_t>(next++)];
         token->filter_states.resize(filter_totals.size());
         read(*token);
         return token;
@@ -412,6 +440,26 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
     }
 }
 
+void Run::Impl::pool_map(const MetricNode& metric, const Token& token, const StripBuffer& map,
+                         Pooling& pooling) const {
+  const int y0 = std::max(token.plan->sink.y0, metric.pool.y0), y1 = std::min(token.plan->sink.y1, metric.pool.y1);
+  const int x0 = metric.pool.x0, width = metric.pool.x1 - x0, channels = map.channels();
+  const int64_t row_values = int64_t{width} * channels;
+  const int rows_at_once = static_cast<int>(std::clamp<int64_t>(FloatBins::kMostValues / row_values, 1, INT32_MAX));
+  for (int y = y0; y < y1;) {
+    const int end = static_cast<int>(std::min<int64_t>(y1, int64_t{y} + rows_at_once));
+    auto block = pooling.take(static_cast<size_t>(end - y) * static_cast<size_t>(row_values));
+    for (; y < end; ++y)
+      block->add_row(map.row(y) + static_cast<int64_t>(x0) * channels,
+                     pools_by_weight() ? token.mask.row(y) + x0 : nullptr, width, channels, x0, y);
+    if (const auto& at = block->nan_at())
+      throw PluginError("map.not-a-number", metric.instance.info().id(), metric.instance.info().file,
+                        "strip() wrote a value that is not a number into its map, at x " + std::to_string(at->x) +
+                            ", y " + std::to_string(at->y) + ", channel " + std::to_string(at->channel));
+    pooling.add(std::move(block));
+  }
+}
+
 RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
   const auto start = Clock::now();
   Execution run;
@@ -425,8 +473,8 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
     run.writers.push_back(std::make_unique<PictureKeeper>(*run.kept));
   }
   for (const auto& metric : metrics)
-    run.map_writers.push_back(metric->map_path.empty() ? nullptr
-                                                       : ImageWriter::open(metric->map_path, metric->map_spec));
+    run.map_writers.push_back(metric->map_path.empty() ? nullptr : open_map_writer(*metric));
+  for (const auto& metric : metrics) run.poolings.push_back(metric->pools() ? make_pooling(*metric) : nullptr);
   run.metric_states.resize(metrics.size());
   run.nonfinite_of_references.resize(references.size());
   run.replaced.resize(filters.size());
@@ -467,6 +515,7 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
     made.parameters = metric.instance.parameters();
     made.nonfinite = run.nonfinite_of_test;
     made.nonfinite += run.nonfinite_of_references[metric.reference];
+    if (metric.variance_input >= 0) made.nonfinite += run.nonfinite_of_variance;
     made.nonfinite_failed = made.nonfinite.total() && request.metric_nan == NanPolicy::kFail;
     const triad_desc& desc = *metric.instance.info().desc;
     if (!made.nonfinite_failed)
@@ -478,6 +527,8 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
                          " as its score '" + score.name + "'");
         made.scores.push_back({score.name, score.unit ? score.unit : "", value, score.better});
       }
+    if (run.poolings[m] && !made.nonfinite_failed) made.pooled = pooled_result(metric, *run.poolings[m]);
+    run.poolings[m].reset();
     made.reports = metric.instance.reports();
     made.seconds = static_cast<double>(metric.nanoseconds.load()) * 1e-9;
     result.metrics.push_back(std::move(made));

@@ -51,6 +51,8 @@ std::string Run::Impl::explain() const {
   }
   for (const Reference& reference : references)
     text += fmt::format("reference   {}: {}\n", reference.path, describe(reference.source->spec()));
+  if (variance)
+    text += fmt::format("variance    {}: {}\n", request.input.path, join(variance->spec().channels, ", "));
   if (mask) text += fmt::format("mask        {}: {}\n", request.mask, describe(mask->spec()));
   if (request.crop)
     text += fmt::format("pooling     inside {} x {} at ({}, {})\n", request.crop->width, request.crop->height,
@@ -63,6 +65,13 @@ std::string Run::Impl::explain() const {
       text += fmt::format("              {} = {}\n", name, value);
     if (!metric->map_path.empty())
       text += fmt::format("map         {}: {}\n", metric->map_path, describe(metric->map_spec));
+    if (metric->pools()) {
+      const triad_rect& r = metric->pool;
+      const uint64_t bytes = metric->pooled_values({0, metric->map_spec.height}) * (pools_by_weight() ? 6 : 4);
+      text += fmt::format("pool        {} x {} of the map at ({}, {}), {} of values {}\n", r.x1 - r.x0, r.y1 - r.y0,
+                          r.x0, r.y0, format_bytes(bytes),
+                          bytes <= pool_keep_bytes() ? "in memory" : "in a temporary file (TMPDIR)");
+    }
   }
   for (const Drive& drive : drives) {
     const std::string from = drive.from_memory ? "memory" : "file";

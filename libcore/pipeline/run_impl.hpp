@@ -8,7 +8,10 @@
 // earlier passes of a stage or metric, or a stage whose overlapping needs would make others work twice.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <optional>
+#include <triad/numeric/pooling.hpp>
 #include <triad/pipeline/picture_source.hpp>
 #include <triad/pipeline/run.hpp>
 #include <triad/pipeline/stage_node.hpp>
@@ -35,15 +38,26 @@ struct MetricNode {
   std::string label, map_path;
   size_t reference = 0;                                      // index into Impl::references
   int test_input = 0, reference_input = 1, mask_input = -1;  // -1: not declared
+  int variance_input = -1;                                   // -1: not declared, or absent
   InputBinding test_binding, reference_binding;
   StageInstance::Plan plan;
   ImageSpec map_spec;
+  triad_rect pool{};  // where the map is pooled; empty: it is not
   std::atomic<int64_t> nanoseconds{0};
 
   explicit MetricNode(StageInstance made) : instance(std::move(made)) {}
   int strip_rows(int height) const {
     const int rows = plan.plan.strip_rows;
     return rows > 0 ? rows : rows < 0 ? height : kMetricStripRows;
+  }
+  bool pools() const { return pool.x0 < pool.x1 && pool.y0 < pool.y1; }
+  // Whether the last pass makes a map.
+  bool makes_map() const { return !map_path.empty() || pools(); }
+  uint64_t pooled_values(RowRange rows) const {
+    const int64_t down = std::max(0, std::min(rows.y1, pool.y1) - std::max(rows.y0, pool.y0));
+    return pools() ? static_cast<uint64_t>(down) * static_cast<uint64_t>(pool.x1 - pool.x0) *
+                         static_cast<uint64_t>(map_spec.channel_count())
+                   : 0;
   }
 };
 
@@ -83,8 +97,8 @@ struct TokenPlan {
   std::vector<std::vector<MetricCall>> metrics;
   std::vector<RowRange> reference_rows;
   std::vector<Pads> reference_pads;
-  RowRange mask_rows;
-  Pads mask_pads;
+  RowRange mask_rows, variance_rows;
+  Pads mask_pads, variance_pads;
   uint64_t bytes = 0;
 };
 
@@ -97,13 +111,16 @@ struct Run::Impl {
   void add_outputs();
   void check_paths() const;
   void add_metrics(PluginHost& host);
+  void add_variance(const std::string& metric, bool optional);
+  void add_map(MetricNode& node, const MetricRequest& asked) const;
 
   // run_drives.cpp
   void plan_drives();
   int uneven_level(int first) const;
   void fit_memory();
   void choose_rows(Drive& drive, int rows) const;
-  std::vector<TokenPlan> plan_tokens(const Drive& drive) const;
+  // Strip n; covered: of each level, the rows that the strips before it held.
+  TokenPlan plan_token(const Drive& drive, int64_t n, bool last, const std::vector<int>& covered) const;
   uint64_t estimate(const Drive& drive, const TokenPlan& token) const;
   const ImageSpec& level(int i) const { return i == 0 ? input->spec() : filters[static_cast<size_t>(i) - 1]->out(); }
   int levels() const { return static_cast<int>(filters.size()); }  // the last level's index
@@ -112,10 +129,18 @@ struct Run::Impl {
   bool writes_at(const Drive& drive, int at) const;
 
   // run_execute.cpp
+  class TokenPlanner;
   struct Token;
   struct Execution;
+  void pool_map(const MetricNode& metric, const Token& token, const StripBuffer& map, Pooling& pooling) const;
   void run_drive(const Drive& drive, Execution& execution);
   RunResult execute(const std::function<void(double)>& progress);
+
+  // run_pool.cpp
+  bool pools_by_weight() const { return mask || request.metric_nan == NanPolicy::kIgnore; }
+  uint64_t pool_keep_bytes() const;  // for each metric
+  std::unique_ptr<Pooling> make_pooling(const MetricNode& metric) const;
+  std::optional<MetricResult::Pooled> pooled_result(const MetricNode& metric, Pooling& pooling) const;
 
   // run_explain.cpp
   std::string explain() const;
@@ -129,9 +154,23 @@ struct Run::Impl {
   std::vector<PictureOutput> outputs;  // taps and the last one, by level
   std::vector<Reference> references;
   std::unique_ptr<PictureSource> mask;
+  std::unique_ptr<PictureSource> variance;  // of the test picture, for metrics that ask for it
   std::vector<std::unique_ptr<MetricNode>> metrics;
   std::vector<Drive> drives;
   uint64_t peak_bytes = 0;
+};
+
+// The strips of a drive, one after the other: however many there are, one plan at a time is in memory.
+class Run::Impl::TokenPlanner {
+ public:
+  TokenPlanner(const Impl& run, const Drive& drive);
+  std::optional<TokenPlan> next();  // none after the last
+
+ private:
+  const Impl& run_;
+  const Drive& drive_;
+  std::vector<int> covered_;  // of each level: the rows that earlier strips held
+  int64_t n_ = 0;
 };
 
 }  // namespace triad

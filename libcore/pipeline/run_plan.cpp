@@ -50,7 +50,7 @@ void Run::Impl::add_filters(PluginHost& host) {
   }
   // Channels beside colour and alpha are decoded only where all stages take them along and the file that is
   // written can hold them.
-  if (everything && !request.input.image && request.input.read.channels.empty()) {
+  if (everything && !request.input.image && request.input.read.channels.empty() && request.input.read.layer.empty()) {
     ReadOptions all = request.input.read;
     all.all_channels = true;
     input = open_file_source(request.input.path, all, colours);
@@ -133,7 +133,7 @@ void Run::Impl::add_metrics(PluginHost& host) {
     const CropRequest& c = *request.crop;
     if (c.x < 0 || c.y < 0 || c.width < 1 || c.height < 1 || c.x > test.width - c.width ||
         c.y > test.height - c.height)
-      throw_usage("--crop " + std::to_string(c.x) + "," + std::to_string(c.y) + "," + std::to_string(c.width) + "," +
+      throw_input("--crop " + std::to_string(c.x) + "," + std::to_string(c.y) + "," + std::to_string(c.width) + "," +
                   std::to_string(c.height) + " does not lie in the test picture '" + request.input.path +
                   "', which is " + test.size_text());
   }
@@ -196,6 +196,14 @@ void Run::Impl::add_metrics(PluginHost& host) {
         images[i] = describe_picture(picture, binding, colours);
         metadata[i] = &picture.metadata;
         ++pictures;
+      } else if (declared.channels && std::string(declared.channels) == "variance.*") {
+        add_variance(desc.id, (declared.flags & TRIAD_INPUT_OPTIONAL) != 0);
+        if (!variance) continue;
+        node->variance_input = static_cast<int>(i);
+        InputBinding as_it_is;
+        as_it_is.rgb = true;
+        as_it_is.channels = 3;
+        images[i] = describe_picture(variance->spec(), as_it_is, colours);
       } else if (declared.flags & TRIAD_INPUT_OPTIONAL) {
         continue;
       } else {
@@ -214,25 +222,73 @@ void Run::Impl::add_metrics(PluginHost& host) {
       throw Error(error.kind(), std::string(error.what()) + " (test '" + request.input.path + "', reference '" +
                                     asked.reference.path + "')");
     }
-    if (!node->map_path.empty()) {
-      if (node->plan.out.channels == 0)
-        throw_usage("'" + std::string(desc.id) + "' makes no error map; leave --map out");
-      node->map_spec.width = node->plan.out.width;
-      node->map_spec.height = node->plan.out.height;
-      if (node->map_spec.width != test.width || node->map_spec.height != test.height)
-        throw_internal("'" + std::string(desc.id) + "' makes a map of another size than its test picture");
-      static const std::vector<std::string> kNames{"R", "G", "B", "A"};
-      const int channels = node->plan.out.channels;
-      for (int c = 0; c < channels; ++c)
-        node->map_spec.channels.push_back(channels == 1 ? "Y"
-                                          : c < 4       ? kNames[static_cast<size_t>(c)]
-                                                        : std::to_string(c));
-      node->map_spec.colour_channels = channels >= 3 ? 3 : 1;
-      node->map_spec.pixel_aspect = test.pixel_aspect;
-      is_display_encoded_format(node->map_path, Depth::kDefault);  // refuses unknown extensions before the work
-    }
+    add_map(*node, asked);
     metrics.push_back(std::move(node));
   }
+}
+
+void Run::Impl::add_map(MetricNode& node, const MetricRequest& asked) const {
+  const ImageSpec& test = level(levels());
+  const std::string& id = node.instance.info().id();
+  const int channels = node.plan.out.channels;
+  if (!node.map_path.empty() && channels == 0) throw_usage("'" + id + "' makes no error map; leave --map and --sheet out");
+  triad_rect pool = node.plan.plan.pool;
+  if (const auto& crop = request.crop)
+    pool = {std::max(pool.x0, crop->x), std::max(pool.y0, crop->y), std::min(pool.x1, crop->x + crop->width),
+            std::min(pool.y1, crop->y + crop->height)};
+  if (request.pool && channels > 0) node.pool = pool;
+  if (!asked.pooled_by_name.empty() && !node.pools())
+    throw_usage(asked.pooled_by_name + ": '" + id + "' makes no map of errors " +
+                (channels > 0 && request.crop ? "inside the crop " : "") +
+                "to pool; name one of its own scores, see triad help " + id);
+  if (!node.makes_map()) return;
+  node.map_spec.width = node.plan.out.width;
+  node.map_spec.height = node.plan.out.height;
+  if (node.map_spec.width != test.width || node.map_spec.height != test.height)
+    throw_internal("'" + id + "' makes a map of another size than its test picture");
+  node.map_spec.channels = channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+  node.map_spec.colour_channels = channels;
+  node.map_spec.pixel_aspect = test.pixel_aspect;
+  if (!node.map_path.empty())
+    is_display_encoded_format(node.map_path, Depth::kDefault);  // refuses unknown extensions before the work
+}
+
+// The variance of the test picture's pixels lies beside them in their file, and nothing but that file's own pixels
+// has it.
+void Run::Impl::add_variance(const std::string& metric, bool optional) {
+  if (variance) return;
+  const std::string wants = "'" + metric + "' needs the variance of the pixels of '" + request.input.path + "'";
+  if (levels() > 0) {
+    if (optional) return;
+    throw_usage(wants + ", which is not that of what '" + filter_texts.front() +
+                "' makes of them; compare the file itself, without filters");
+  }
+  if (request.input.image) {
+    if (optional) return;
+    throw_input(wants + ", which a picture in memory does not hold; write it with triad render --aov variance, and " +
+                "compare the file");
+  }
+  // Of a layer: NAME.variance.R, or variance.R in the part called NAME.
+  const std::string layer = request.input.read.layer;
+  std::vector<ReadOptions> places(layer.empty() ? 1 : 2);
+  for (ReadOptions& place : places) place.part = request.input.read.part;
+  if (layer.empty()) {
+    places[0].channels = {"variance.R", "variance.G", "variance.B"};
+  } else {
+    places[0].layer = layer + ".variance";
+    places[1].part = layer;
+    places[1].layer = "variance";
+  }
+  for (const ReadOptions& place : places) try {
+      variance = open_file_source(request.input.path, place, colours);
+      if (variance->spec().channel_count() == 3) return;
+      variance.reset();
+    } catch (const Error&) {  // said below
+    }
+  const std::string prefix = layer.empty() ? "" : layer + ".";
+  if (!optional)
+    throw_input(wants + ", the channels " + prefix + "variance.R, " + prefix + "variance.G and " + prefix +
+                "variance.B, which that file does not have; triad render --aov variance writes them");
 }
 
 }  // namespace triad

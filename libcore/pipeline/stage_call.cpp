@@ -68,7 +68,13 @@ void* host_scratch(triad_call* call, size_t bytes) {
     }
     call->blocks.reserve(call->blocks.size() + 1);
     const ScratchPool::Block block = call->shared.scratch.take(wanted);
-    if (block.memory) call->blocks.push_back(block);
+    if (!block.memory) {
+      call->root->scratch_bytes.fetch_sub(wanted);
+      return nullptr;
+    }
+    // One that is used again may be larger. It counts whole, as it does when it is given back.
+    call->root->scratch_bytes.fetch_add(block.bytes - wanted);
+    call->blocks.push_back(block);
     return block.memory;
   });
 }

@@ -52,12 +52,15 @@ std::string space_text(const triad_input& input) {
   if (!input.space) return "";
   if (std::strcmp(input.space, "linear") == 0) return ", in linear light";
   if (std::strcmp(input.space, "linear-rec709") == 0) return ", in linear light with Rec.709 primaries";
+  if (std::strcmp(input.space, "display-or-linear") == 0)
+    return ", as sRGB code values where both are stored so, else in linear light with Rec.709 primaries";
   return ", as sRGB code values";
 }
 
 std::string channels_text(const triad_input& input) {
   if (std::strcmp(input.channels, "rgb") == 0) return "colour channels";
   if (std::strcmp(input.channels, "mask") == 0) return "one weight per pixel";
+  if (std::strcmp(input.channels, "variance.*") == 0) return "variance.R, variance.G and variance.B of the test file";
   return "all channels";
 }
 

@@ -27,8 +27,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr size_t kFewPixels = 256;  // the relative error of a mean of 3 x 256 squared normals is 5%
 
 typedef int32_t FourInts __attribute__((vector_size(16)));
-typedef float FourFloats __attribute__((vector_size(16)));
 typedef double Four __attribute__((vector_size(32)));
+typedef int32_t EightInts __attribute__((vector_size(32)));
+typedef float EightFloats __attribute__((vector_size(32)));
+typedef double Eight __attribute__((vector_size(64)));
 
 bool finite(const std::array<float, 3>& v) {
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
@@ -88,11 +90,11 @@ void require_film_memory(int width, int height, const FilmPlanes& planes, double
                 format_bytes(machine_memory_bytes()) + "; ask for " + advice);
 }
 
-Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), height_(height), planes_(planes) {
+Film::Film(int width, int height, const FilmPlanes& planes, Holds holds)
+    : width_(width), height_(height), planes_(planes) {
   if (width < 1 || height < 1) throw_internal("a film of " + std::to_string(width) + "x" + std::to_string(height));
   require_film_memory(width, height, planes);
   const size_t n = static_cast<size_t>(width) * static_cast<size_t>(height);
-  colour_.resize(n);
   if (planes.error) half_.resize(n);
   if (planes.variance || (planes.error && n < kFewPixels)) moments_.resize(n);
   if (planes.depth || planes.position || planes.normal) hits_.resize(n);
@@ -105,10 +107,55 @@ Film::Film(int width, int height, const FilmPlanes& planes) : width_(width), hei
   FilmPlanes free = planes;
   free.samples = free.reasons = free.error = false;
   colour_only_ = free == FilmPlanes{} && moments_.empty();
+  if (holds == Holds::kOneEach && colour_only_ && !planes.error)
+    ones_.resize(n);
+  else
+    colour_.resize(n);
+}
+
+// All of them at once, if each can be kept; else none, and false.
+bool Film::add_all_ones(std::span<const SampleRequest> requests, std::span<const Sample> samples) {
+  constexpr int32_t kExponent = 0x7f800000;  // of a float; all set where it is not finite
+  FourInts wrong{};
+  bool valid = true;
+  static_assert(offsetof(Sample, rgb) == 0 && sizeof(Sample) >= sizeof(FourInts));
+  for (const Sample& sample : samples) {
+    FourInts bits;
+    std::memcpy(&bits, &sample, sizeof(bits));
+    wrong |= (bits & kExponent) == kExponent;
+    valid &= sample.valid;
+  }
+  if (!valid || (wrong[0] | wrong[1] | wrong[2]) != 0) return false;
+  static_assert(offsetof(One, rgb) == 0 && offsetof(One, count) == 12 && sizeof(One) == sizeof(FourInts));
+  constexpr One kCounted{{}, 1, 0};
+  FourInts counted, before{};
+  std::memcpy(&counted, &kCounted, sizeof(counted));
+  for (size_t i = 0; i < samples.size(); ++i) {
+    One& one = ones_[pixel(requests[i].pixel_x, requests[i].pixel_y)];
+    FourInts bits, old;
+    std::memcpy(&old, &one, sizeof(old));
+    before |= old;
+    std::memcpy(&bits, &samples[i], sizeof(bits));
+    bits = (bits & FourInts{-1, -1, -1, 0}) | counted;
+    std::memcpy(&one, &bits, sizeof(bits));
+  }
+  if (before[3] != 0) throw_internal("a film of one sample a pixel was given a second one");
+  return true;
+}
+
+bool Film::add_one(One& one, const Sample& sample) {
+  const bool kept = sample.valid && finite(sample.rgb);
+  if (one.count + one.left_out > 0) throw_internal("a film of one sample a pixel was given a second one");
+  if (kept) one.rgb = sample.rgb;
+  one.count = kept;
+  one.left_out = !kept;
+  return kept;
 }
 
 // Compensated sums of the three colours side by side, with the error of each addition by Knuth's TwoSum: that of
-// Neumaier's branch, as both are exact. False, and nothing was added, if a sample is not valid or not finite.
+// Neumaier's branch, as both are exact. Samples of even and of odd place in the run have sums of their own, which
+// wait for each other half as long, and are added at its end. False, and nothing was added, if a sample is not valid
+// or not finite.
 template <bool kHalves>
 TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const SampleRequest> requests,
                                             std::span<const Sample> samples) {
@@ -118,41 +165,58 @@ TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const Sample
   static_assert(offsetof(Colour, sum) == 0 && offsetof(Colour, compensation) == kThree &&
                 sizeof(Colour) >= kThree + 32);
   char* const record = reinterpret_cast<char*>(&colour);
-  Four sum, compensation;
-  std::memcpy(&sum, record, sizeof(sum));
-  std::memcpy(&compensation, record + kThree, sizeof(compensation));
-  sum[3] = compensation[3] = 0;
-  Four half{};
-  if constexpr (kHalves) half = Four{half_[pixel].sum[0], half_[pixel].sum[1], half_[pixel].sum[2], 0};
+  constexpr Four kNothing{};
+  Four total, lost;
+  std::memcpy(&total, record, sizeof(total));
+  std::memcpy(&lost, record + kThree, sizeof(lost));
+  total[3] = lost[3] = 0;
+  // By shuffles: a vector put together in memory would be waited for.
+  Eight sum = __builtin_shufflevector(total, kNothing, 0, 1, 2, 3, 4, 5, 6, 7);
+  Eight compensation = __builtin_shufflevector(lost, kNothing, 0, 1, 2, 3, 4, 5, 6, 7);
+  Eight half{};
+  if constexpr (kHalves) std::memcpy(&half, half_[pixel].sum.data(), kThree);
   uint32_t in_half = 0;
   bool valid = true;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    // The three colours in one load; what follows them is no number.
-    static_assert(offsetof(Sample, rgb) == 0 && sizeof(Sample) >= sizeof(FourInts));
-    FourInts bits;
-    std::memcpy(&bits, &samples[i], sizeof(bits));
-    bits &= FourInts{-1, -1, -1, 0};
-    FourFloats rgb;
+  // The three colours in one load; what follows them is no number.
+  static_assert(offsetof(Sample, rgb) == 0 && sizeof(Sample) >= sizeof(FourInts));
+  const size_t n = samples.size();
+  for (size_t i = 0; i < n; i += 2) {
+    FourInts even_bits, odd_bits{};
+    std::memcpy(&even_bits, &samples[i], sizeof(even_bits));
+    valid &= samples[i].valid;
+    if (i + 1 < n) {
+      std::memcpy(&odd_bits, &samples[i + 1], sizeof(odd_bits));
+      valid &= samples[i + 1].valid;
+    }
+    const EightInts bits = __builtin_shufflevector(even_bits, odd_bits, 0, 1, 2, 3, 4, 5, 6, 7) &
+                           EightInts{-1, -1, -1, 0, -1, -1, -1, 0};
+    EightFloats rgb;
     std::memcpy(&rgb, &bits, sizeof(rgb));
-    const Four x = __builtin_convertvector(rgb, Four), after = sum + x, came = after - sum;
+    const Eight x = __builtin_convertvector(rgb, Eight);
+    const Eight after = sum + x, came = after - sum;
     compensation += (sum - (after - came)) + (x - came);
     sum = after;
-    valid &= samples[i].valid;
-    if constexpr (kHalves)
-      if (sobol_half(requests[i].index)) {
-        half += x;
-        ++in_half;
-      }
+    if constexpr (kHalves) {
+      const double even = sobol_half(requests[i].index), odd = i + 1 < n && sobol_half(requests[i + 1].index);
+      half += x * Eight{even, even, even, 0, odd, odd, odd, 0};
+      in_half += static_cast<uint32_t>(even + odd);
+    }
   }
+  total = __builtin_shufflevector(sum, sum, 0, 1, 2, 3);
+  lost = __builtin_shufflevector(compensation, compensation, 0, 1, 2, 3);
+  const Four others = __builtin_shufflevector(sum, sum, 4, 5, 6, 7);
+  const Four lost_of_others = __builtin_shufflevector(compensation, compensation, 4, 5, 6, 7);
+  const Four after = total + others, came = after - total;
+  lost += ((total - (after - came)) + (others - came)) + lost_of_others;
   // What is not finite stays so in a sum. (A sum of huge ones may be sent away for nothing, to be added one by one.)
-  if (!valid || !std::isfinite(sum[0] + sum[1] + sum[2])) return false;
-  const uint32_t count = colour.count + static_cast<uint32_t>(samples.size()), left_out = colour.left_out;
-  std::memcpy(record, &sum, sizeof(sum));
-  std::memcpy(record + kThree, &compensation, sizeof(compensation));
+  if (!valid || !std::isfinite(after[0] + after[1] + after[2])) return false;
+  const uint32_t count = colour.count + static_cast<uint32_t>(n), left_out = colour.left_out;
+  std::memcpy(record, &after, sizeof(after));
+  std::memcpy(record + kThree, &lost, sizeof(lost));
   colour.count = count;
   colour.left_out = left_out;
   if constexpr (kHalves) {
-    for (int c = 0; c < 3; ++c) half_[pixel].sum[c] = half[c];
+    for (size_t c = 0; c < 3; ++c) half_[pixel].sum[c] = half[c] + half[c + 4];
     half_[pixel].count += in_half;
   }
   return true;
@@ -164,45 +228,66 @@ void Film::add_one_by_one(std::span<const SampleRequest> requests, std::span<con
     if (!add(pixel(requests[i].pixel_x, requests[i].pixel_y), requests[i].index, samples[i])) left_out.push_back(i);
 }
 
-template <bool kHalves>
+template <bool kHalves, bool kMore>
 TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requests, std::span<const Sample> samples,
                                              std::vector<size_t>& left_out) {
   for (size_t first = 0, past = 0; first < requests.size(); first = past) {
     const int32_t x = requests[first].pixel_x, y = requests[first].pixel_y;
     for (past = first + 1; past < requests.size(); ++past)
       if (requests[past].pixel_x != x || requests[past].pixel_y != y) break;
-    if (!add_run<kHalves>(pixel(x, y), requests.subspan(first, past - first), samples.subspan(first, past - first)))
+    const size_t p = pixel(x, y);
+    uint32_t count = colour_[p].count;
+    if (!add_run<kHalves>(p, requests.subspan(first, past - first), samples.subspan(first, past - first))) {
       add_one_by_one(requests, samples, first, past, left_out);
+    } else if constexpr (kMore) {
+      for (size_t i = first; i < past; ++i) add_planes(p, ++count, samples[i]);
+    }
   }
 }
 
 std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span<const Sample> samples) {
   std::vector<size_t> left_out;
-  if (!colour_only_)
-    add_one_by_one(requests, samples, 0, samples.size(), left_out);
-  else if (planes_.error)
-    run_widest([&]() TRIAD_INLINE_BODY { add_runs<true>(requests, samples, left_out); });
-  else
-    run_widest([&]() TRIAD_INLINE_BODY { add_runs<false>(requests, samples, left_out); });
+  if (!ones_.empty()) {
+    if (add_all_ones(requests, samples)) return left_out;
+    for (size_t i = 0; i < samples.size(); ++i)
+      if (!add_one(ones_[pixel(requests[i].pixel_x, requests[i].pixel_y)], samples[i])) left_out.push_back(i);
+  } else if (colour_only_) {
+    if (planes_.error)
+      run_widest([&]() TRIAD_INLINE_BODY { add_runs<true, false>(requests, samples, left_out); });
+    else
+      run_widest([&]() TRIAD_INLINE_BODY { add_runs<false, false>(requests, samples, left_out); });
+  } else if (planes_.error) {
+    add_runs<true, true>(requests, samples, left_out);
+  } else {
+    add_runs<false, true>(requests, samples, left_out);
+  }
   return left_out;
 }
 
 bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
+  if (!ones_.empty()) return add_one(ones_[pixel], sample);
+  Colour& colour = colour_[pixel];
   if (!sample.valid || !finite(sample.rgb)) {
-    ++colour_[pixel].left_out;
+    ++colour.left_out;
     return false;
   }
-  const bool first = colour_[pixel].count++ == 0;
-  for (int c = 0; c < 3; ++c) colour_[pixel].add(static_cast<size_t>(c), sample.rgb[c]);
+  ++colour.count;
+  for (size_t c = 0; c < 3; ++c) colour.add(c, sample.rgb[c]);
   if (planes_.error && sobol_half(index)) {
     add_to(half_[pixel].sum, sample.rgb);
     ++half_[pixel].count;
   }
+  if (!colour_only_) add_planes(pixel, colour.count, sample);
+  return true;
+}
+
+// All but colours and their halves, of the pixel's sample number `count` from 1.
+void Film::add_planes(size_t pixel, uint32_t count, const Sample& sample) {
   if (!moments_.empty()) {
     Moments& m = moments_[pixel];
     for (int c = 0; c < 3; ++c) {
       const double before = sample.rgb[c] - m.mean[c];
-      m.mean[c] += before / colour_[pixel].count;
+      m.mean[c] += before / count;
       m.m2[c] += before * (sample.rgb[c] - m.mean[c]);
     }
   }
@@ -213,12 +298,12 @@ bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
     if (planes_.normal) add_to(normal_[pixel], sample.normal);
   }
   if (planes_.albedo && finite(sample.albedo)) add_to(albedo_[pixel], sample.albedo);
-  if (planes_.object_id && first) object_id_[pixel] = sample.object_id;
-  if (planes_.material_id && first) material_id_[pixel] = sample.material_id;
-  return true;
+  if (planes_.object_id && count == 1) object_id_[pixel] = sample.object_id;
+  if (planes_.material_id && count == 1) material_id_[pixel] = sample.material_id;
 }
 
 std::array<double, 3> Film::mean(size_t pixel) const {
+  if (!ones_.empty()) return {ones_[pixel].rgb[0], ones_[pixel].rgb[1], ones_[pixel].rgb[2]};
   const double n = std::max(1u, colour_[pixel].count);
   return {colour_[pixel].value(0) / n, colour_[pixel].value(1) / n, colour_[pixel].value(2) / n};
 }
@@ -289,7 +374,7 @@ Image Film::image() const {
     for (const double each : v) put(n > 0 ? each / n : 0);
   };
   for (size_t p = 0; p < pixels(); ++p) {
-    const double n = colour_[p].count, hits = hits_.empty() ? 0 : hits_[p];
+    const double n = count(p), hits = hits_.empty() ? 0 : hits_[p];
     put3(mean(p), 1);
     if (planes_.depth) put(hits > 0 ? depth_[p] / hits : kInfinity);
     if (planes_.position) put3(position_[p], hits);

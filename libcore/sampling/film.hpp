@@ -44,16 +44,21 @@ void require_film_memory(int width, int height, const FilmPlanes& planes, double
 // pixel's samples come and on nothing else. Different threads may add to different pixels at the same time.
 class Film {
  public:
+  // How many samples a pixel is given at most. A film of one each that keeps colours only is a quarter as large, and
+  // as much faster to walk through; a second sample is then a defect of the caller's.
+  enum class Holds { kMany, kOneEach };
   // Throws as require_film_memory() does, before any memory is taken.
-  Film(int width, int height, const FilmPlanes& planes);
+  Film(int width, int height, const FilmPlanes& planes, Holds holds = Holds::kMany);
 
   int width() const { return width_; }
   int height() const { return height_; }
   const FilmPlanes& planes() const { return planes_; }
   size_t pixel(int x, int y) const { return static_cast<size_t>(y) * static_cast<size_t>(width_) + x; }
-  size_t pixels() const { return colour_.size(); }
+  size_t pixels() const { return static_cast<size_t>(width_) * static_cast<size_t>(height_); }
   // A hint that samples of the pixel will be added soon: brings it near.
-  void expect(size_t pixel) const { __builtin_prefetch(&colour_[pixel], 1); }
+  void expect(size_t pixel) const {
+    if (ones_.empty()) __builtin_prefetch(&colour_[pixel], 1);
+  }
 
   // Adds the pixel's sample number `index`. False, and nothing was added, if it is not valid or its colour not
   // finite. (Geometry that is not finite only leaves the geometry's planes as they are.)
@@ -62,9 +67,9 @@ class Film {
   // those stand that were left out.
   std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples);
 
-  uint32_t count(size_t pixel) const { return colour_[pixel].count; }
+  uint32_t count(size_t pixel) const { return ones_.empty() ? colour_[pixel].count : ones_[pixel].count; }
   // How many of the pixel's samples add() left out.
-  uint32_t left_out(size_t pixel) const { return colour_[pixel].left_out; }
+  uint32_t left_out(size_t pixel) const { return ones_.empty() ? colour_[pixel].left_out : ones_[pixel].left_out; }
   // Whether more samples will not help, as far as anybody can tell: there is none, and a few were left out.
   bool has_nothing(size_t pixel) const { return count(pixel) == 0 && left_out(pixel) >= kFewForNothing; }
   static constexpr uint32_t kFewForNothing = 4;  // one that is lost only in part has likely kept one by then
@@ -108,7 +113,12 @@ class Film {
       compensation[c] = each.compensation;
     }
   };
-  std::vector<Colour, HugePageAllocator<Colour>> colour_;
+  std::vector<Colour, ZeroPageAllocator<Colour>> colour_;  // or else
+  struct One {
+    std::array<float, 3> rgb;
+    uint16_t count, left_out;
+  };
+  std::vector<One, ZeroPageAllocator<One>> ones_;
   struct Half {  // of the samples in half 1
     std::array<double, 3> sum{};
     uint32_t count = 0;
@@ -122,9 +132,12 @@ class Film {
   std::vector<double> depth_;
   std::vector<std::array<double, 3>> position_, normal_, albedo_;
   std::vector<uint32_t> object_id_, material_id_;
+  bool add_one(One& one, const Sample& sample);
+  bool add_all_ones(std::span<const SampleRequest> requests, std::span<const Sample> samples);
   template <bool kHalves>
   bool add_run(size_t pixel, std::span<const SampleRequest> requests, std::span<const Sample> samples);
-  template <bool kHalves>
+  void add_planes(size_t pixel, uint32_t count, const Sample& sample);
+  template <bool kHalves, bool kMore>
   void add_runs(std::span<const SampleRequest> requests, std::span<const Sample> samples,
                 std::vector<size_t>& left_out);
   void add_one_by_one(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t first,

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <triad/sampling/pixel_points.hpp>
 #include <triad/sampling/point_strategy.hpp>
 #include <vector>
@@ -16,22 +17,26 @@ const StrategyInfo kInfo{
 class Grid final : public PointStrategy {
  public:
   explicit Grid(const StrategyValues& values)
-      : PointStrategy(kInfo, values), n_(static_cast<uint32_t>(values.at("n"))), cells_(scattered_cells(n_, n_)) {}
+      : PointStrategy(kInfo, values), n_(static_cast<uint32_t>(values.at("n"))) {
+    for (const uint32_t cell : scattered_cells(n_, n_))
+      places_.push_back({(cell % n_ + .5) / n_, (cell / n_ + .5) / n_});
+  }
   bool estimates_error() const override { return false; }
 
  protected:
   uint32_t samples_per_pixel() const override { return n_ * n_; }
   void place(std::span<SampleRequest> requests) const override {
     for (SampleRequest& request : requests) {
-      const uint32_t cell = cells_[request.index];
-      request.x = request.pixel_x + (cell % n_ + .5) / n_;
-      request.y = request.pixel_y + (cell / n_ + .5) / n_;
+      const auto [x, y] = places_[request.index];
+      request.x = request.pixel_x + x;
+      request.y = request.pixel_y + y;
     }
   }
 
  private:
   uint32_t n_;
-  std::vector<uint32_t> cells_;  // by index, so that a render that is ended early has samples all over the pixel
+  // In a pixel, by index, so that a render that is ended early has samples all over the pixel.
+  std::vector<std::array<double, 2>> places_;
 };
 
 }  // namespace

@@ -2,9 +2,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/passes.hpp>
+#include <type_traits>
 
 namespace triad {
 namespace {
@@ -22,18 +25,76 @@ Passes::Passes(const Strategy& strategy, const Source& source, const RenderOptio
       place_(std::move(place)),
       weigh_(std::move(weigh)) {}
 
-Passes::Queue::Queue(Passes& passes) : passes_(passes), requests_(kBatch), samples_(kBatch) {}
+// A queue of its own for whoever has a group to fill; queues are kept from group to group, for making one costs as
+// much as thirty samples.
+class Passes::QueueInUse {
+ public:
+  explicit QueueInUse(Passes& passes) : passes_(passes) {
+    const std::lock_guard lock(passes.mutex_);
+    if (passes.idle_.empty()) {
+      queue_ = std::make_unique<Queue>(passes);
+    } else {
+      queue_ = std::move(passes.idle_.back());
+      passes.idle_.pop_back();
+    }
+  }
+  QueueInUse(const QueueInUse&) = delete;
+  QueueInUse& operator=(const QueueInUse&) = delete;
+  ~QueueInUse() {
+    const std::lock_guard lock(passes_.mutex_);
+    passes_.idle_.push_back(std::move(queue_));
+  }
+  Queue& operator*() { return *queue_; }
 
-bool Passes::Queue::add(int x, int y, uint32_t first, uint32_t past) {
+ private:
+  Passes& passes_;
+  std::unique_ptr<Queue> queue_;
+};
+
+Passes::Queue::Queue(Passes& passes)
+    : passes_(passes),
+      requests_(kBatch, {.footprint_px = passes.footprint_px_, .seed = passes.taker_.options().seed}),
+      samples_(kBatch) {}
+
+bool Passes::Queue::add_row(int x0, int x1, int y, uint32_t first, uint32_t past) {
   const Film& film = passes_.film();
-  film.expect(film.pixel(x, y));
-  SampleRequest request{0, 0, passes_.footprint_px_, x, y, first, passes_.taker_.options().seed};
-  while (request.index < past) {
-    if (size_ == kBatch && !flush()) return false;
-    SampleRequest* const run = requests_.data() + size_;
-    const size_t n = std::min<size_t>(kBatch - size_, past - request.index);
-    for (size_t i = 0; i < n; ++i, ++request.index) run[i] = request;
-    size_ += n;
+  // Four members that lie side by side, in one store.
+  const auto put = [y, footprint_px = passes_.footprint_px_](SampleRequest& request, int x, uint32_t index) {
+    struct {
+      float footprint_px;
+      int32_t x, y;
+      uint32_t index;
+    } const says{footprint_px, x, y, index};
+    static_assert(offsetof(SampleRequest, footprint_px) + sizeof(says) == offsetof(SampleRequest, seed));
+    static_assert(std::is_trivially_copyable_v<SampleRequest>);
+    std::memcpy(static_cast<void*>(&request.footprint_px), &says, sizeof(says));
+  };
+  if (past - first == 1) {
+    for (int x = x0; x < x1;) {
+      if (size_ == kBatch && !flush()) return false;
+      SampleRequest* const run = requests_.data() + size_;
+      const int n = std::min(static_cast<int>(kBatch - size_), x1 - x);
+      for (int i = 0; i < n; ++i) {
+        film.expect(film.pixel(x + i, y));
+        put(run[i], x + i, first);
+      }
+      x += n;
+      size_ += static_cast<size_t>(n);
+    }
+    return true;
+  }
+  for (int x = x0; x < x1; ++x) {
+    film.expect(film.pixel(x, y));
+    // A pixel's samples of one pass are parted in the same way wherever the pixel lies, for the film sums what it is
+    // given at once as a whole.
+    if (past - first > kBatch - size_ && !flush()) return false;
+    for (uint32_t index = first; index < past;) {
+      if (size_ == kBatch && !flush()) return false;
+      SampleRequest* const run = requests_.data() + size_;
+      const size_t n = std::min<size_t>(kBatch - size_, past - index);
+      for (size_t i = 0; i < n; ++i) put(run[i], x, index++);
+      size_ += n;
+    }
   }
   return true;
 }
@@ -47,9 +108,9 @@ bool Passes::Queue::flush() {
 
 bool Passes::run(int64_t groups, const std::function<void(int64_t, Queue&)>& fill, bool estimate) {
   parallel_for(groups, [&](int64_t group) {
-    Queue queue(*this);
-    fill(group, queue);
-    queue.flush();
+    QueueInUse queue(*this);
+    fill(group, *queue);
+    (*queue).flush();
   });
   PassRecord& pass = taker_.end_pass();
   bool& reached = taker_.result().reached;
@@ -75,8 +136,7 @@ bool Passes::run_all(uint32_t first, uint32_t past, bool estimate) {
         const int x0 = static_cast<int>(t % columns) * tile, y0 = static_cast<int>(t / columns) * tile;
         const int x1 = x0 + std::min(tile, width - x0), y1 = y0 + std::min(tile, height - y0);
         for (int y = y0; y < y1; ++y)
-          for (int x = x0; x < x1; ++x)
-            if (!queue.add(x, y, first, past)) return;
+          if (!queue.add_row(x0, x1, y, first, past)) return;
       },
       estimate);
 }

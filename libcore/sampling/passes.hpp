@@ -3,7 +3,10 @@
 #pragma once
 
 #include <functional>
+#include <memory>
+#include <mutex>
 #include <triad/sampling/sample_taker.hpp>
+#include <vector>
 
 namespace triad {
 
@@ -26,12 +29,14 @@ class Passes {
     explicit Queue(Passes& passes);
     // The samples number first .. past - 1 of a pixel, which no other queue of this pass may be given. False: the
     // render was stopped, and what was not asked yet is lost.
-    bool add(int x, int y, uint32_t first, uint32_t past);
+    bool add(int x, int y, uint32_t first, uint32_t past) { return add_row(x, x + 1, y, first, past); }
+    // The same of the pixels x0 .. x1 - 1 of a row, faster.
+    bool add_row(int x0, int x1, int y, uint32_t first, uint32_t past);
     bool flush();
 
    private:
     Passes& passes_;
-    std::vector<SampleRequest> requests_;
+    std::vector<SampleRequest> requests_;  // what they all say alike stays in them
     std::vector<Sample> samples_;
     size_t size_ = 0;
   };
@@ -56,10 +61,14 @@ class Passes {
   RenderResult finish() { return taker_.finish(); }
 
  private:
+  class QueueInUse;
+
   SampleTaker taker_;
   const float footprint_px_;
   const Place place_;
   const SampleTaker::Weigh weigh_;
+  std::mutex mutex_;  // of what follows
+  std::vector<std::unique_ptr<Queue>> idle_;
 };
 
 }  // namespace triad

@@ -12,6 +12,9 @@ class PointStrategy : public StrategyBase {
  public:
   using StrategyBase::StrategyBase;
   uint64_t most_samples(int width, int height) const override;
+  Film::Holds film_holds() const override {
+    return samples_per_pixel() == 1 ? Film::Holds::kOneEach : Film::Holds::kMany;
+  }
   RenderResult render(const Source& source, const RenderOptions& options) const override;
 
  protected:

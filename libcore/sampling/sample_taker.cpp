@@ -28,7 +28,8 @@ bool usable(const Sample& sample) {
 SampleTaker::SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options)
     : source_(source),
       options_(options),
-      result_{.film = Film(source.width(), source.height(), planes_for(strategy, options)), .passes = {}},
+      result_{.film = Film(source.width(), source.height(), planes_for(strategy, options), strategy.film_holds()),
+              .passes = {}},
       expected_(static_cast<double>(strategy.most_samples(source.width(), source.height()))),
       pass_start_(std::chrono::steady_clock::now()) {}
 

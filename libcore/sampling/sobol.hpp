@@ -25,13 +25,16 @@ constexpr uint32_t reverse_bits(uint32_t x) {
 // is a bijection in which a bit depends on itself and lower ones only (odd products, sums, and x ^= x * even), which
 // is what nesting asks for: the construction of Laine and Karras (Stratified Sampling for Stochastic Transparency,
 // EGSR 2011), with the multipliers that Vegdahl found by search and published (2021) for a good avalanche.
-constexpr uint32_t owen_scramble_reversed(uint32_t x, uint32_t seed) {
-  x ^= x * 0x3d20adeau;
+constexpr uint32_t owen_scramble_start(uint32_t x) { return x ^ x * 0x3d20adeau; }  // what needs no seed
+constexpr uint32_t owen_scramble_rest(uint32_t x, uint32_t seed) {
   x += seed;
   x *= (seed >> 16) | 1u;
   x ^= x * 0x05526c56u;
   x ^= x * 0x53a22864u;
   return x;
+}
+constexpr uint32_t owen_scramble_reversed(uint32_t x, uint32_t seed) {
+  return owen_scramble_rest(owen_scramble_start(x), seed);
 }
 constexpr uint32_t owen_scramble(uint32_t x, uint32_t seed) {
   return reverse_bits(owen_scramble_reversed(reverse_bits(x), seed));
@@ -63,6 +66,21 @@ constexpr std::array<uint32_t, 2> sobol_point(uint32_t index) {
   const std::array<uint32_t, 2> reversed = sobol_point_reversed(index);
   return {reverse_bits(reversed[0]), reverse_bits(reversed[1])};
 }
+
+// For the first points, both coordinates with owen_scramble_start() behind them: the half of the work that is the
+// same for every key.
+struct SobolStarts {
+  static constexpr uint32_t kCount = 1024;
+  std::array<uint32_t, kCount> x{}, y{};
+  constexpr SobolStarts() {
+    for (uint32_t i = 0; i < kCount; ++i) {
+      const std::array<uint32_t, 2> plain = sobol_point_reversed(i);
+      x[i] = owen_scramble_start(plain[0]);
+      y[i] = owen_scramble_start(plain[1]);
+    }
+  }
+};
+inline constexpr SobolStarts kSobolStarts;
 
 // What a key means for the two dimensions.
 struct SobolOwenSeeds {

@@ -42,12 +42,41 @@ template <uint32_t kLanes, class Put>
 TRIAD_INLINE_BODY inline void place_lanes(SobolOwenSeeds seeds, uint32_t first, int32_t pixel_x, int32_t pixel_y,
                                           size_t count, const Put& put) {
   std::array<double, kLanes> x, y;
-  for (uint32_t i = 0; i < kLanes; ++i) {
-    const std::array<uint32_t, 2> point = sobol_owen_point(first + i, seeds);
-    x[i] = place_in(pixel_x, point[0]);
-    y[i] = place_in(pixel_y, point[1]);
+  if (first + kLanes <= SobolStarts::kCount) {
+    const uint32_t *const start_x = &kSobolStarts.x[first], *const start_y = &kSobolStarts.y[first];
+    for (uint32_t i = 0; i < kLanes; ++i) {
+      x[i] = place_in(pixel_x, reverse_bits(owen_scramble_rest(start_x[i], seeds.x)));
+      y[i] = place_in(pixel_y, reverse_bits(owen_scramble_rest(start_y[i], seeds.y)));
+    }
+  } else {
+    for (uint32_t i = 0; i < kLanes; ++i) {
+      const std::array<uint32_t, 2> point = sobol_owen_point(first + i, seeds);
+      x[i] = place_in(pixel_x, point[0]);
+      y[i] = place_in(pixel_y, point[1]);
+    }
   }
   for (size_t i = 0; i < count; ++i) put(i, x[i], y[i]);
+}
+
+// The same of up to kLanes samples of one index that are each of another pixel.
+template <uint32_t kLanes, bool kOnFilm, class Put>
+TRIAD_INLINE_BODY inline void place_pixels(std::span<const SampleRequest> requests, const Put& put) {
+  std::array<int32_t, kLanes> pixel_x, pixel_y;
+  for (size_t i = 0; i < kLanes; ++i) {
+    const SampleRequest& request = requests[std::min(i, requests.size() - 1)];
+    pixel_x[i] = request.pixel_x;
+    pixel_y[i] = request.pixel_y;
+  }
+  const std::array<uint32_t, 2> plain = sobol_point_reversed(requests[0].index);
+  const uint32_t start_x = owen_scramble_start(plain[0]), start_y = owen_scramble_start(plain[1]);
+  const uint64_t seed = requests[0].seed;
+  std::array<double, kLanes> x, y;
+  for (uint32_t i = 0; i < kLanes; ++i) {
+    const SobolOwenSeeds seeds(SampleRandom::pixel_key(pixel_x[i], pixel_y[i], seed));
+    x[i] = place_in(kOnFilm ? pixel_x[i] : 0, reverse_bits(owen_scramble_rest(start_x, seeds.x)));
+    y[i] = place_in(kOnFilm ? pixel_y[i] : 0, reverse_bits(owen_scramble_rest(start_y, seeds.y)));
+  }
+  for (size_t i = 0; i < requests.size(); ++i) put(i, x[i], y[i]);
 }
 
 // put(i, x, y) for each request.
@@ -56,8 +85,19 @@ TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests
   constexpr size_t kMany = 16, kFew = 4;
   for (size_t begin = 0, past = 0; begin < requests.size(); begin = past) {
     const SampleRequest& first = requests[begin];
+    const auto same_pixel = [&](size_t i, size_t j) {
+      return requests[i].pixel_x == requests[j].pixel_x && requests[i].pixel_y == requests[j].pixel_y;
+    };
     for (past = begin + 1; past < requests.size(); ++past)  // the run of the first one's pixel
-      if (requests[past].pixel_x != first.pixel_x || requests[past].pixel_y != first.pixel_y) break;
+      if (!same_pixel(past, begin)) break;
+    if (past == begin + 1) {  // alone, as are perhaps those after it
+      while (past < requests.size() && past - begin < kMany && requests[past].index == first.index &&
+             !(past + 1 < requests.size() && same_pixel(past, past + 1)))
+        ++past;
+      place_pixels<kMany, kOnFilm>(requests.subspan(begin, past - begin),
+                                   [&](size_t i, double x, double y) TRIAD_INLINE_BODY { put(begin + i, x, y); });
+      continue;
+    }
     const SobolOwenSeeds seeds(SampleRandom::pixel_key(first.pixel_x, first.pixel_y, first.seed));
     const int32_t x0 = kOnFilm ? first.pixel_x : 0, y0 = kOnFilm ? first.pixel_y : 0;
     for (size_t at = begin; at < past;) {

@@ -85,6 +85,8 @@ class Strategy {
   virtual bool uses_geometry() const { return false; }
   // The most it can ask a source of that size for, in all.
   virtual uint64_t most_samples(int width, int height) const = 0;
+  // What it gives each pixel of the film.
+  virtual Film::Holds film_holds() const { return Film::Holds::kMany; }
   // The picture of the whole film. The same bits for any number of threads and any tile. Ended early, it is what
   // was done so far: passes go over the whole picture, so all of it is there, with more noise.
   // Throws what the source throws; Error(kUsage) for until_rmse if estimates_error() is false.

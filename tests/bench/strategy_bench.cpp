@@ -21,7 +21,7 @@ namespace {
 using namespace triad;
 using namespace triad::bench;
 
-constexpr int kThreads = 2, kWidth = 640, kHeight = 360;
+constexpr int kThreads = 2, kWidth = 1920, kHeight = 1080;
 
 void added(benchmark::State& state, const char* strategy_text) {
   set_thread_limit(kThreads);
@@ -51,7 +51,7 @@ void added(benchmark::State& state, const char* strategy_text) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  for (const char* strategy : {"control", "grid:n=4", "grid:n=8", "sobol-owen:spp=16", "sobol-owen:spp=64"})
+  for (const char* strategy : {"control", "grid:n=4", "grid:n=2", "sobol-owen:spp=16", "sobol-owen:spp=64"})
     benchmark::RegisterBenchmark((std::string("strategy/room/") + strategy).c_str(), added, strategy)
         ->UseManualTime()
         ->Unit(benchmark::kMillisecond)

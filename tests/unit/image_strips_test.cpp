@@ -115,3 +115,30 @@ TEST(ImageStripsOnce, AscendingStripsDecodeABlockOnce) {
     EXPECT_LT(static_cast<double>(bytes_read() - before), 1.3 * size) << compression;
   }
 }
+
+// As windows over several scales ask for them: each strip shares most of its rows with the one before. A decoder that
+// began at the top for each would read the file many times.
+TEST(ImageStripsOnce, OverlappingStripsDecodeARowOnce) {
+  const Folder folder;
+  const int w = 700, h = 1200, new_rows = 40, shared_rows = 100;
+  const auto samples = noise<float>(static_cast<size_t>(w * h * 3), 1.f);
+  const auto bytes_read = [] {
+    std::ifstream io("/proc/self/io");
+    std::string key;
+    int64_t value = 0;
+    io >> key >> value;
+    return value;
+  };
+  for (const char* name : {"a.png", "a.tif"}) {
+    const std::string path = folder / name;
+    save(path, OIIO::ImageSpec(w, h, 3, TypeDesc::UINT16), TypeDesc::FLOAT, samples.data());
+    const auto size = static_cast<double>(std::filesystem::file_size(path));
+    const triad::Image whole = triad::read_image(path);
+    const auto reader = ImageReader::open(path);
+    const int64_t before = bytes_read();
+    for (int y = 0; y < h; y += new_rows)
+      expect_rows(*reader, whole, std::max(0, y - shared_rows), std::min(h, y + new_rows));
+    EXPECT_LT(static_cast<double>(bytes_read() - before), 1.3 * size) << name;
+    expect_rows(*reader, whole, 0, h);  // a second pass
+  }
+}

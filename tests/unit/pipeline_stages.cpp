@@ -212,5 +212,51 @@ struct Variance {
   }
 };
 
+// Takes the variance of the test picture's pixels; its map is that, where it is to be pooled.
+struct Spread {
+  static constexpr Info info{"spread", "1.0", "Mean variance"};
+  static constexpr auto inputs() {
+    return list(Input{"test", "a", "rgb"}, Input{"reference", "b", "rgb"},
+                Input{"variance", "of the test picture", "variance.*", nullptr, 0},
+                Input{"mask", "weights", "mask", nullptr, TRIAD_INPUT_OPTIONAL});
+  }
+  static constexpr auto scores() {
+    return list(Score{"psnr", "no mean of the map", "dB", 1, TRIAD_SCORE_MAY_BE_INFINITE},
+                Score{"mean", "mean", nullptr, 1});
+  }
+  static constexpr auto params() {
+    return list(
+        integer<&Spread::border>("border", "pixels not pooled, -1 for all", {.def = 0, .min = -1, .max = 100}),
+        integer<&Spread::nan_row>("nan", "row with a not-a-number", {.def = -1, .min = -1, .max = 1000}));
+  }
+  struct State {
+    double sum, count;
+  };
+  int border, nan_row;
+  void plan(PlanCall& call) {
+    call.out.channels = 3;
+    call.plan.threads = TRIAD_REENTRANT;
+    const int width = call.in(0).width, height = call.in(0).height;
+    if (border < 0) call.pool({});
+    if (border > 0) call.pool({border, border, width - border, height - border});
+  }
+  void strip(StripCall& call, State& state) const {
+    for (int y = call.r.y0; y < call.r.y1; ++y)
+      for (int i = 0; i < 3 * (call.r.x1 - call.r.x0); ++i) {
+        state.sum += call.in(2).row(y)[i];
+        state.count += 1;
+        if (call.has_out()) call.out().row(y)[i] = y == nan_row ? std::nanf("") : call.in(2).row(y)[i];
+      }
+  }
+  void merge(int, State& into, const State& from) const {
+    into.sum += from.sum;
+    into.count += from.count;
+  }
+  void end_pass(EndCall& call, const State& state) {
+    call.scores[0] = HUGE_VAL;
+    call.scores[1] = state.sum / state.count;
+  }
+};
+
 }  // namespace
-TRIAD_PLUGIN("pipeline-stages", Flip, Cross, Normalise, Running, Mean, Fives, RowMean, Variance)
+TRIAD_PLUGIN("pipeline-stages", Flip, Cross, Normalise, Running, Mean, Fives, RowMean, Variance, Spread)

@@ -84,6 +84,7 @@ struct Outcome {
   Picture out;
   std::vector<double> scores;
   std::map<std::string, double> reports;
+  triad::StageReports all_reports{};  // series as well
 };
 
 // Runs a stage over pictures cut into strips of `rows` rows, merging in order.
@@ -100,29 +101,32 @@ inline Outcome run(const std::string& id, const ParamTexts& parameters, const st
   const triad_image& shape = stage.info().is_metric() ? *images[0] : plan.out;
   const int channels = plan.out.channels;
   outcome.out.pixels.resize(static_cast<size_t>(shape.width) * shape.height * channels);
-  std::vector<std::byte> total(plan.plan.state_bytes), state(plan.plan.state_bytes);
-  for (int y = 0; y < shape.height; y += rows) {
-    const triad_rect r{0, y, shape.width, std::min(y + rows, shape.height)};
-    const auto needs = stage.need(0, r);
-    std::vector<Strip> strips;
-    strips.reserve(pictures.size());
-    std::vector<const triad_strip*> in;
-    for (size_t i = 0; i < pictures.size(); ++i)
-      if (pictures[i]) {
-        strips.emplace_back(*pictures[i], needs[i], plan.plan.edge);
-        in.push_back(&strips.back().strip);
-      } else {
-        in.push_back(nullptr);
-      }
-    const triad_strip out{sizeof out, channels, r,
-                          outcome.out.pixels.data() + static_cast<size_t>(y) * shape.width * channels,
-                          int64_t{shape.width} * channels * 4};
-    std::fill(state.begin(), state.end(), std::byte{});
-    stage.strip(0, r, in, &out, state.data());
-    if (!state.empty()) stage.merge(0, total.data(), state.data());
+  for (int pass = 0; pass < plan.plan.passes; ++pass) {
+    std::vector<std::byte> total(plan.plan.state_bytes), state(plan.plan.state_bytes);
+    for (int y = 0; y < shape.height; y += rows) {
+      const triad_rect r{0, y, shape.width, std::min(y + rows, shape.height)};
+      const auto needs = stage.need(pass, r);
+      std::vector<Strip> strips;
+      strips.reserve(pictures.size());
+      std::vector<const triad_strip*> in;
+      for (size_t i = 0; i < pictures.size(); ++i)
+        if (pictures[i]) {
+          strips.emplace_back(*pictures[i], needs[i], plan.plan.edge);
+          in.push_back(&strips.back().strip);
+        } else {
+          in.push_back(nullptr);
+        }
+      const triad_strip out{sizeof out, channels, r,
+                            outcome.out.pixels.data() + static_cast<size_t>(y) * shape.width * channels,
+                            int64_t{shape.width} * channels * 4};
+      std::fill(state.begin(), state.end(), std::byte{});
+      stage.strip(pass, r, in, pass + 1 == plan.plan.passes ? &out : nullptr, state.data());
+      if (!state.empty()) stage.merge(pass, total.data(), state.data());
+    }
+    outcome.scores = stage.end_pass(pass, total.data());
   }
-  outcome.scores = stage.end_pass(0, total.data());
   outcome.reports = stage.reports().values;
+  outcome.all_reports = stage.reports();
   return outcome;
 }
 

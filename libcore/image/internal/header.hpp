@@ -20,12 +20,28 @@ struct ChannelChoice {
 ChannelChoice choose_channels(const std::string& path, const std::vector<std::string>& in_file,
                               const ReadOptions& options);
 
+// The part of the file that holds ReadOptions::layer, and which of its channels that is. only_part: look there only,
+// unless it is -1. Throws Error(kInput) that lists the layers there are, or the channels of a layer that is no
+// picture.
+struct LayerChoice {
+  int part = 0;
+  ChannelChoice channels;
+};
+LayerChoice choose_layer(const std::string& path, const std::vector<PartInfo>& parts, int only_part,
+                         const std::string& layer);
+
+// A channel's name up to its last dot, "" without one; and what is behind it, in lower case.
+std::string layer_of(const std::string& channel);
+std::string base_of(const std::string& channel);
+bool is_alpha(const std::string& channel);
+int component(const std::string& channel);  // 0 1 2 for R G B, else -1
+
 // The index of the alpha channel that belongs to the file's top-level colour, or -1.
 int find_alpha(const std::vector<std::string>& in_file);
 
 // Fills everything of `spec` and `info` that does not depend on other parts of the file.
 void describe(const std::string& path, const std::string& format, const OIIO::ImageSpec& from,
-              const ReadOptions& options, ImageSpec& spec, FileInfo& info);
+              const ReadOptions& options, const ChannelChoice& choice, ImageSpec& spec, FileInfo& info);
 
 // Rows that the file decodes together, and what they are aligned to is the data window's first row.
 int block_rows(const std::string& format, const OIIO::ImageSpec& spec);
