@@ -30,9 +30,9 @@ const point = (x, y, line = "a") => ({label: `${line}${x}`, line, x, y, low: y, 
 
 test("Pareto fronts, budgets and slopes", async () => {
   const s = await load("statistics");
-  const points = [point(1, 10), point(2, 5), point(2, 5, "tie"), point(3, 6), point(4, 1), point(5, 1)];
+  const points = [point(1, 10), point(2, 5), point(2, 5, "tie"), point(3, 6), point(4, 1), point(5, 1), point(2, 7)];
   for (const p of points) p.isBest = s.isParetoOptimal(p, points, false);
-  assert.deepEqual(points.map((p) => p.isBest), [true, true, true, false, true, false]);
+  assert.deepEqual(points.map((p) => p.isBest), [true, true, true, false, true, false, false]);
   assert.deepEqual(s.frontOf(points).map((p) => p.label), ["a1", "a2", "tie2", "a4"]);
   assert.equal(s.isParetoOptimal(point(3, 11), points, true), true, "where more is better");
   assert.equal(s.bestFor(points, 3.5, false).x, 2);

@@ -374,8 +374,9 @@ test("compared pictures have a report, too", async () => {
     .map((name) => path.join(study, name));
   const json = path.join(folder, "scores.json");
   succeed("run", reference, "box:x=3", "-o", path.join(folder, "mean.exr"), "--depth", "float");
-  succeed("compare", one, two, "--ref", path.join(folder, "mean.exr"), "-m", "error", "--json", json);
+  succeed("compare", one, two, "--ref", path.join(folder, "mean.exr"), "-m", "error", "--json", json, "--report", path.join(folder, "pictures.html"));
   succeed("report", json);
+  assert.ok(fs.readFileSync(path.join(folder, "pictures.html")).equals(fs.readFileSync(path.join(folder, "scores.html"))));
   const compared = watch(await context.newPage());
   await open(compared, path.join(folder, "scores.html"));
   assert.equal(await compared.locator("#budget").isVisible(), false, "there is nothing to spend");
