@@ -165,7 +165,16 @@ export function buildControls(viewer: Viewer): () => void {
     byId("view-notes").textContent = notes.join(" ");
   };
 
+  const fillLabels = (): void => {
+    byId("labels").replaceChildren(...viewer.labels().filter((label) => label.width > 40).map((label) => {
+      const text = h("span", {}, label.name);
+      Object.assign(text.style, {left: `${label.left + 6}px`, maxWidth: `${label.width - 12}px`});
+      return text;
+    }));
+  };
+
   return () => {
+    fillLabels();
     fillStrip();
     fillLegend();
     fillNotes();

@@ -9,7 +9,7 @@ import {makeCpuPainter} from "./paint_cpu";
 import {makeGlPainter} from "./paint_gl";
 import {makePanel, type Panel} from "./panel";
 import {PictureStore, type Light, type Picture} from "./pictures";
-import {groupsOf, picturesShown, pixelAt, place, sizeOf, type Placed, type ViewState} from "./view_state";
+import {groupsOf, picturesShown, pixelAt, place, rivalName, sizeOf, type Placed, type ViewState} from "./view_state";
 
 export interface Probe {
   x: number;
@@ -250,6 +250,18 @@ export class Viewer {
     const [one, two] = rows;
     const error = one && two && rows.length > 1 ? errorOf(one.linear, two.linear) : NaN;
     this.onProbe({x: at.x, y: at.y, rows, error});
+  }
+
+  // What each pane holds, and where it begins, in CSS pixels.
+  labels(): {left: number; width: number; name: string}[] {
+    const indices = picturesShown(this.state).filter((i) => i >= 0 && this.lightOf(i));
+    const {panes} = this.placed;
+    const sign = this.state.view === "error" ? " beside " : " − ";
+    return panes.map((pane, i) => ({
+      left: pane.x / this.ratio,
+      width: pane.width / this.ratio,
+      name: pane.b ? indices.map((k) => rivalName(this.report, k)).join(sign) : rivalName(this.report, indices[i] ?? -1),
+    }));
   }
 
   describe(): string {
