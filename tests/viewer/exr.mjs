@@ -12,8 +12,7 @@ const float32 = (...values) => {
   values.forEach((v, i) => bytes.writeFloatLE(v, 4 * i));
   return bytes;
 };
-const attribute = (name, type, value) =>
-  Buffer.concat([Buffer.from(`${name}\0${type}\0`), int32(value.length), value]);
+const attribute = (name, type, value) => Buffer.concat([Buffer.from(`${name}\0${type}\0`), int32(value.length), value]);
 
 // pixel(x, y) is [r, g, b]. `texts`: more attributes.
 export function writeExr(path, width, height, pixel, texts = {}) {

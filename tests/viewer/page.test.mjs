@@ -8,7 +8,25 @@ import os from "node:os";
 import path from "node:path";
 import test from "node:test";
 import {pathToFileURL} from "node:url";
-import {kEvil, kHeight, kMethods, kSources, kWidth, makeStudy, pictures, truth} from "./study_folder.mjs";
+import {
+  click,
+  colourAt,
+  complaints,
+  encode,
+  frames,
+  near,
+  nearColour,
+  numberIn,
+  open,
+  placeOf,
+  pointAt,
+  press,
+  probe,
+  requests,
+  settled,
+  watch,
+} from "./reader.mjs";
+import {kEvil, kMethods, kSources, makeStudy, pictures, truth} from "./study_folder.mjs";
 
 const program = process.env.TRIAD_PROGRAM;
 const {chromium} = createRequire(path.join(process.env.TRIAD_PAGE, "package.json"))("playwright-core");
@@ -23,80 +41,25 @@ function succeed(...words) {
   const {status, stderr} = triad(...words);
   assert.equal(status, 0, stderr);
 }
-const near = (value, expected, tolerance, what = "") =>
-  assert.ok(Math.abs(value - expected) <= tolerance, `${what} ${value} is not ${expected} within ${tolerance}`);
-const encode = (v) => {
-  const light = Math.min(1, Math.max(0, v));
-  return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * light ** (1 / 2.4) - 0.055);
-};
-const nearColour = (colour, expected, what) => expected.forEach((v, c) => near(colour[c], v, 1.5, `${what}, channel ${c}:`));
 
 let browser;
 let context;
 let page;
-const complaints = [];
-const requests = [];
-
-function watch(one) {
-  one.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-  one.on("pageerror", (error) => complaints.push(error.message));
-  one.on("request", (request) => requests.push(request.url()));
-  return one;
-}
-// Not by waitForFunction(), which evaluates texts in the page, and the page forbids that.
-const settled = (one) => one.evaluate(() => new Promise((done) => {
-  const look = () => (document.getElementById("canvas").getAttribute("aria-busy") === "false" ? done() : setTimeout(look, 5));
-  look();
-}));
-async function open(one, file, hash = "") {
-  await one.goto(pathToFileURL(file).href + hash);
-  await settled(one);
-}
-// The colour of a device pixel of the canvas.
-const colourAt = (one, x, y) => one.evaluate(([px, py]) => {
-  const from = document.getElementById("canvas");
-  const copy = new OffscreenCanvas(1, 1).getContext("2d");
-  copy.drawImage(from, px, py, 1, 1, 0, 0, 1, 1);
-  return [...copy.getImageData(0, 0, 1, 1).data].slice(0, 3);
-}, [Math.floor(x), Math.floor(y)]);
-// Where display pixel (x, y) lies in a view of one picture, or of a split, that was fitted and then zoomed.
-async function placeOf(one, x, y, zoom, width = kWidth, height = kHeight) {
-  const size = await one.evaluate(() => {
-    const {width: w, height: h} = document.getElementById("canvas");
-    return {w, h};
-  });
-  return {x: Math.round(size.w / 2 - (width / 2) * zoom) + x * zoom, y: Math.round(size.h / 2 - (height / 2) * zoom) + y * zoom};
-}
-async function pointAt(one, x, y, zoom) {
-  await one.evaluate(() => document.getElementById("canvas").scrollIntoView({block: "center", behavior: "instant"}));
-  const box = await one.locator("#canvas").boundingBox();
-  const at = await placeOf(one, x, y, zoom);
-  await one.mouse.move(box.x + at.x + zoom / 2, box.y + at.y + zoom / 2);
-}
-// The rows of the table of values: name, then three linear values and three codes.
-const probe = (one) => one.evaluate(() =>
-  [...document.querySelectorAll("#probe tbody tr")].map((row) => [...row.cells].map((cell) => cell.textContent)));
-const numberIn = (text) => Number(text.replace("−", "-"));
-const frames = (one) => one.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-async function press(one, ...keys) {
-  await one.locator("#canvas").focus();
-  for (const key of keys) await one.keyboard.press(key);
-  await settled(one);
-  await frames(one);
-}
-async function click(one, ...ids) {
-  for (const id of ids) await one.locator(`#${id}`).click();
-  await settled(one);
-  await frames(one);
-}
 
 test.before(async () => {
   const chrome = process.env.CHROMIUM ?? "/usr/bin/chromium";
   assert.ok(fs.existsSync(chrome), `${chrome} is not there; Debian's package is chromium, $CHROMIUM names another`);
-  makeStudy(study, (from, to) => succeed("run", from, "eye:layout=qd-oled,ppd=40,grid=pixels", "-o", to, "--depth", "float"));
+  makeStudy(study, (from, to) =>
+    succeed("run", from, "eye:layout=qd-oled,ppd=40,grid=pixels", "-o", to, "--depth", "float"),
+  );
   succeed("report", study);
   browser = await chromium.launch({executablePath: chrome, args: ["--no-sandbox", "--enable-unsafe-swiftshader"]});
-  context = await browser.newContext({viewport: {width: 1024, height: 700}, deviceScaleFactor: 1, colorScheme: "light", reducedMotion: "reduce"});
+  context = await browser.newContext({
+    viewport: {width: 1024, height: 700},
+    deviceScaleFactor: 1,
+    colorScheme: "light",
+    reducedMotion: "reduce",
+  });
   await context.setOffline(true);
   page = watch(await context.newPage());
   await open(page, path.join(study, "report.html"));
@@ -115,10 +78,13 @@ test("the same results give the same bytes, and calls that cannot work one line"
   fs.writeFileSync(path.join(folder, "broken", "results.json"), '{"runs": [{}]}');
   fs.writeFileSync(path.join(folder, "broken", "plan.json"), "{}");
   for (const [words, what] of [
-    [["report", path.join(folder, "nowhere")], /is not there/], [["report", path.join(folder, "empty")], /has no results\.json/],
+    [["report", path.join(folder, "nowhere")], /is not there/],
+    [["report", path.join(folder, "empty")], /has no results\.json/],
     [["report", path.join(folder, "broken")], /not as a study writes it/],
-    [["report", study, "-o", path.join(folder, "nowhere", "r.html")], /nowhere/], [["report", study, "--embed", "some"], /--embed/],
-    [["report", path.join(study, "plan.json")], /triad compare --json/], [["report", study, "--ref-cells", "3x1"], /--ref-cells/],
+    [["report", study, "-o", path.join(folder, "nowhere", "r.html")], /nowhere/],
+    [["report", study, "--embed", "some"], /--embed/],
+    [["report", path.join(study, "plan.json")], /triad compare --json/],
+    [["report", study, "--ref-cells", "3x1"], /--ref-cells/],
   ]) {
     const {status, stderr} = triad(...words);
     assert.equal(status, 2, stderr);
@@ -132,10 +98,15 @@ test("the page is readable at 1024 pixels, and its controls have names", async (
   const nameless = await page.evaluate(() =>
     [...document.querySelectorAll("button, input, select, canvas, [role=slider], svg[role=img]")]
       .filter((e) => !(e.getAttribute("aria-label") || e.labels?.[0]?.textContent.trim() || e.textContent.trim()))
-      .map((e) => e.outerHTML.slice(0, 100)));
+      .map((e) => e.outerHTML.slice(0, 100)),
+  );
   assert.deepEqual(nameless, []);
-  const small = await page.evaluate(() =>
-    [...document.querySelectorAll("main button")].filter((e) => e.offsetHeight && Math.min(e.offsetHeight, e.offsetWidth) < 24).length);
+  const small = await page.evaluate(
+    () =>
+      [...document.querySelectorAll("main button")].filter(
+        (e) => e.offsetHeight && Math.min(e.offsetHeight, e.offsetWidth) < 24,
+      ).length,
+  );
   assert.equal(small, 0, "targets are 24 pixels at least");
 });
 
@@ -153,7 +124,11 @@ test("the best for a budget, and its picture on a QD-OLED panel", async () => {
   assert.equal(await page.locator("#budget-value").inputValue(), "100");
   // Geometric means over both scenes: good takes 84.9 ms at .1, the last method 84.9 at .245.
   assert.equal(await page.locator("#winner").textContent(), "good");
-  for (const [budget, winner] of [[40, "cheap"], [85, "good"], [600, "slow"]]) {
+  for (const [budget, winner] of [
+    [40, "cheap"],
+    [85, "good"],
+    [600, "slow"],
+  ]) {
     await page.locator("#budget-value").fill(String(budget));
     assert.equal(await page.locator("#winner").textContent(), winner, `for ${budget} ms`);
   }
@@ -174,14 +149,22 @@ test("the emitters of a QD-OLED pixel are where its layout says", async () => {
   const at = await placeOf(page, 20, 10, 8);
   // Green lies over the upper half, red and blue in the lower quarters; all divided by the brightest's 4.
   for (const [dx, dy, light, what] of [
-    [1, 1, [0, g / 2, 0], "upper left"], [6, 2, [0, g / 2, 0], "upper right"], [1, 4, [r, 0, 0], "lower left"],
-    [3, 7, [r, 0, 0], "its corner"], [4, 4, [0, 0, b], "lower right"], [7, 7, [0, 0, b], "its corner"],
+    [1, 1, [0, g / 2, 0], "upper left"],
+    [6, 2, [0, g / 2, 0], "upper right"],
+    [1, 4, [r, 0, 0], "lower left"],
+    [3, 7, [r, 0, 0], "its corner"],
+    [4, 4, [0, 0, b], "lower right"],
+    [7, 7, [0, 0, b], "its corner"],
   ])
     nearColour(await colourAt(page, at.x + dx, at.y + dy), light.map(encode), what);
   await page.locator("#layout").selectOption("rgb");
   await settled(page);
   await frames(page);
-  for (const [dx, light] of [[1, [r, 0, 0]], [4, [0, g, 0]], [6, [0, 0, b]]])
+  for (const [dx, light] of [
+    [1, [r, 0, 0]],
+    [4, [0, g, 0]],
+    [6, [0, 0, b]],
+  ])
     nearColour(await colourAt(page, at.x + dx, at.y + 3), light.map(encode), `stripe at ${dx}`);
   await page.locator("#layout").selectOption("");
 });
@@ -195,11 +178,19 @@ test("values under the pointer are the file's, whatever the zoom and exposure", 
   assert.deepEqual(rows[0], ["cheap", "3.5", "0.25", "7", "255", "137", "255"]);
   truth(5, 4).forEach((v, c) => near(numberIn(rows[1][1 + c]), v, 2e-6));
   const at = await placeOf(page, 9, 20, 8);
-  nearColour(await colourAt(page, at.x + 4, at.y + 4), pictures.cheap(9, 20).map((v) => encode(2 * v)), "one stop up");
+  nearColour(
+    await colourAt(page, at.x + 4, at.y + 4),
+    pictures.cheap(9, 20).map((v) => encode(2 * v)),
+    "one stop up",
+  );
   await page.locator("#gamma").selectOption("2.2");
   await settled(page);
   await frames(page);
-  nearColour(await colourAt(page, at.x + 4, at.y + 4), pictures.cheap(9, 20).map((v) => 255 * Math.min(1, 2 * v) ** (1 / 2.2)), "gamma");
+  nearColour(
+    await colourAt(page, at.x + 4, at.y + 4),
+    pictures.cheap(9, 20).map((v) => 255 * Math.min(1, 2 * v) ** (1 / 2.2)),
+    "gamma",
+  );
   await page.locator("#gamma").selectOption("0");
   await press(page, "-", "-", "Shift+ArrowRight");
   assert.match(await page.locator("#probe p").textContent(), /Pixel 6, 4/);
@@ -241,7 +232,11 @@ test("side by side, split, reference and arrows", async () => {
   await page.mouse.move(handle.x + handle.width / 2 + 100, handle.y + 30);
   await page.mouse.up();
   await frames(page);
-  nearColour(await colourAt(page, right.x + 4, right.y + 4), pictures.slow(28, 12).map(encode), "once the handle has passed");
+  nearColour(
+    await colourAt(page, right.x + 4, right.y + 4),
+    pictures.slow(28, 12).map(encode),
+    "once the handle has passed",
+  );
   await press(page, "r");
   nearColour(await colourAt(page, left.x + 4, left.y + 4), truth(20, 12).map(encode), "the reference");
   await press(page, "r");
@@ -252,10 +247,17 @@ test("side by side, split, reference and arrows", async () => {
   assert.match(await page.locator("#caption").textContent(), /first, cheap/, "after the last comes the first");
   await click(page, "view-side", "zoom-fit");
   // Two panes of half the width, zoomed together: the same place of both.
-  const size = await page.evaluate(() => [document.getElementById("canvas").width, document.getElementById("canvas").height]);
+  const size = await page.evaluate(() => [
+    document.getElementById("canvas").width,
+    document.getElementById("canvas").height,
+  ]);
   const half = Math.floor((size[0] - 2) / 2);
   nearColour(await colourAt(page, half / 2 + 3, size[1] / 2 + 3), truth(24, 16).map(encode), "reference");
-  nearColour(await colourAt(page, half + 2 + half / 2 + 3, size[1] / 2 + 3), pictures.cheap(24, 16).map(encode), "picture");
+  nearColour(
+    await colourAt(page, half + 2 + half / 2 + 3, size[1] / 2 + 3),
+    pictures.cheap(24, 16).map(encode),
+    "picture",
+  );
   await click(page, "flicker");
   const captions = new Set();
   for (let i = 0; i < 60 && captions.size < 2; ++i) {
@@ -270,7 +272,13 @@ test("what an eye sees is what the program's eye sees", async () => {
   await click(page, "view-one", "zoom-fit", "zoom-800");
   await press(page, "4"); // what the eye plugin made of "slow"
   const seen = [];
-  const places = [[0, 0], [3, 5], [24, 16], [30, 31], [47, 2]];
+  const places = [
+    [0, 0],
+    [3, 5],
+    [24, 16],
+    [30, 31],
+    [47, 2],
+  ];
   for (const [x, y] of places) {
     await pointAt(page, x, y, 8);
     seen.push((await probe(page))[0].slice(1, 4).map(numberIn));
@@ -279,10 +287,16 @@ test("what an eye sees is what the program's eye sees", async () => {
   await press(page, "3");
   await click(page, "seen");
   assert.match(await page.locator("#view-notes").textContent(), /40 pixels per degree away \(60\.6 cm/);
-  assert.match(await page.locator("#view-notes").textContent(), /scores of this report belong to 40 pixels per degree on rgb/);
+  assert.match(
+    await page.locator("#view-notes").textContent(),
+    /scores of this report belong to 40 pixels per degree on rgb/,
+  );
   for (const [i, [x, y]] of places.entries()) {
     await pointAt(page, x, y, 8);
-    (await probe(page))[0].slice(1, 4).map(numberIn).forEach((v, c) => near(v, seen[i][c], 1e-3, `${x}, ${y}:`));
+    (await probe(page))[0]
+      .slice(1, 4)
+      .map(numberIn)
+      .forEach((v, c) => near(v, seen[i][c], 1e-3, `${x}, ${y}:`));
   }
   const near1 = (await probe(page))[0];
   await page.locator("#ppd").fill("2");
@@ -299,12 +313,20 @@ test("the Pareto front has the points that the results have", async () => {
   const results = JSON.parse(fs.readFileSync(path.join(study, "results.json"), "utf8"));
   for (const source of kSources) {
     await page.locator("#choose-source").selectOption(source);
-    const marked = await page.locator("#cost-chart .points > *").evaluateAll((points) =>
-      points.map((p) => p.getAttribute("aria-label")).filter((label) => label.includes("on the Pareto front")));
-    const expected = results.runs.filter((run) => run.settings.source === source && run.pareto).map((run) => run.settings.method);
+    const marked = await page
+      .locator("#cost-chart .points > *")
+      .evaluateAll((points) =>
+        points.map((p) => p.getAttribute("aria-label")).filter((label) => label.includes("on the Pareto front")),
+      );
+    const expected = results.runs
+      .filter((run) => run.settings.source === source && run.pareto)
+      .map((run) => run.settings.method);
     assert.equal(await page.locator("#cost-chart .points > *").count(), kMethods.length);
     assert.equal(await page.locator("#cost-chart .front-points > *").count(), expected.length);
-    assert.deepEqual(kMethods.filter((method) => marked.some((label) => label.startsWith(method + ","))), kMethods.filter((m) => expected.includes(m)));
+    assert.deepEqual(
+      kMethods.filter((method) => marked.some((label) => label.startsWith(method + ","))),
+      kMethods.filter((m) => expected.includes(m)),
+    );
   }
   // A point's keyboard and click: its picture.
   await page.locator("#choose-source").selectOption("first");
@@ -323,7 +345,8 @@ test("the Pareto front has the points that the results have", async () => {
 
 test("the table sorts and is saved as CSV and JSON", async () => {
   const head = page.locator("#runs thead th button", {hasText: "rmse"});
-  const column = () => page.locator("#runs tbody td:nth-child(4)").evaluateAll((cells) => cells.map((c) => Number(c.dataset.value)));
+  const column = () =>
+    page.locator("#runs tbody td:nth-child(4)").evaluateAll((cells) => cells.map((c) => Number(c.dataset.value)));
   await head.click();
   assert.deepEqual(await column(), [0.05, 0.1, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5]);
   await head.click();
@@ -336,7 +359,10 @@ test("the table sorts and is saved as CSV and JSON", async () => {
   assert.equal(lines.length, 9);
   assert.ok(lines[4].startsWith(`first,"${kEvil.replaceAll('"', '""')}",0.09,`), lines[4]);
   const saved = JSON.parse(await save("save-json"));
-  assert.deepEqual(saved.runs.map((run) => run.shown.rmse), [0.5, 0.1, 0.05, 0.3, 0.4, 0.1, 0.15, 0.2]);
+  assert.deepEqual(
+    saved.runs.map((run) => run.shown.rmse),
+    [0.5, 0.1, 0.05, 0.3, 0.4, 0.1, 0.15, 0.2],
+  );
   assert.equal(saved.runs[3].settings.method, kEvil);
 });
 
@@ -370,13 +396,30 @@ test("float data beside the page is loaded when looked at, or its codes are show
 });
 
 test("compared pictures have a report, too", async () => {
-  const [one, two, reference] = ["pictures/001-first-good.exr", "pictures/000-first-cheap.exr", "references/first.exr"]
-    .map((name) => path.join(study, name));
+  const [one, two, reference] = [
+    "pictures/001-first-good.exr",
+    "pictures/000-first-cheap.exr",
+    "references/first.exr",
+  ].map((name) => path.join(study, name));
   const json = path.join(folder, "scores.json");
   succeed("run", reference, "box:x=3", "-o", path.join(folder, "mean.exr"), "--depth", "float");
-  succeed("compare", one, two, "--ref", path.join(folder, "mean.exr"), "-m", "error", "--json", json, "--report", path.join(folder, "pictures.html"));
+  succeed(
+    "compare",
+    one,
+    two,
+    "--ref",
+    path.join(folder, "mean.exr"),
+    "-m",
+    "error",
+    "--json",
+    json,
+    "--report",
+    path.join(folder, "pictures.html"),
+  );
   succeed("report", json);
-  assert.ok(fs.readFileSync(path.join(folder, "pictures.html")).equals(fs.readFileSync(path.join(folder, "scores.html"))));
+  assert.ok(
+    fs.readFileSync(path.join(folder, "pictures.html")).equals(fs.readFileSync(path.join(folder, "scores.html"))),
+  );
   const compared = watch(await context.newPage());
   await open(compared, path.join(folder, "scores.html"));
   assert.equal(await compared.locator("#budget").isVisible(), false, "there is nothing to spend");
@@ -385,7 +428,11 @@ test("compared pictures have a report, too", async () => {
   await pointAt(compared, 30, 12, 8);
   assert.match(await compared.locator("#probe p").textContent(), /error 0\.05$/);
   const column = (await compared.locator("#runs thead th").allTextContents()).indexOf("rmse") + 1;
-  near(Number(await compared.locator(`#runs tbody tr:first-child td:nth-child(${column})`).getAttribute("data-value")), 0.05, 1e-6);
+  near(
+    Number(await compared.locator(`#runs tbody tr:first-child td:nth-child(${column})`).getAttribute("data-value")),
+    0.05,
+    1e-6,
+  );
   await compared.close();
 });
 
@@ -402,7 +449,16 @@ test("without WebGL2 the same colours", async () => {
     await frames(one);
   }
   const at = await placeOf(page, 20, 10, 8);
-  for (const [dx, dy] of [[2, 2], [6, 2], [10, 5], [14, 5], [2, 10], [6, 14], [10, 12], [14, 12]])
+  for (const [dx, dy] of [
+    [2, 2],
+    [6, 2],
+    [10, 5],
+    [14, 5],
+    [2, 10],
+    [6, 14],
+    [10, 12],
+    [14, 12],
+  ])
     nearColour(await colourAt(plain, at.x + dx, at.y + dy), await colourAt(page, at.x + dx, at.y + dy), `${dx}, ${dy}`);
   await plain.close();
 });
@@ -421,6 +477,9 @@ test("without JavaScript the tables are there", async () => {
 
 test("nothing was fetched and nothing complained", async () => {
   assert.deepEqual(complaints, []);
-  assert.deepEqual(requests.filter((url) => !/^(file|data|blob):/.test(url)), []);
+  assert.deepEqual(
+    requests.filter((url) => !/^(file|data|blob):/.test(url)),
+    [],
+  );
   assert.equal(await page.locator("#errors").isVisible(), false);
 });

@@ -7,12 +7,23 @@ import {writeExr} from "./exr.mjs";
 export const kEvil = `</script><script>window.hacked = 1</script><!-- "q" 'a' & Ünï µ 💡`;
 export const kMethods = ["cheap", "good", "slow", kEvil];
 export const kSources = ["first", `<img src=x onerror="window.hacked = 2">`];
-export const kWidth = 48, kHeight = 32;
+export const kWidth = 48;
+export const kHeight = 32;
 
 // seconds, rmse and whether nothing beats it, by source and method.
 export const kResults = [
-  [[0.02, 0.5, true], [0.08, 0.1, true], [0.5, 0.05, true], [0.09, 0.3, false]],
-  [[0.03, 0.4, true], [0.09, 0.1, true], [0.6, 0.15, false], [0.08, 0.2, true]],
+  [
+    [0.02, 0.5, true],
+    [0.08, 0.1, true],
+    [0.5, 0.05, true],
+    [0.09, 0.3, false],
+  ],
+  [
+    [0.03, 0.4, true],
+    [0.09, 0.1, true],
+    [0.6, 0.15, false],
+    [0.08, 0.2, true],
+  ],
 ];
 
 // The reference has three cells a pixel, whose mean is `truth`.
@@ -34,25 +45,53 @@ export function makeStudy(folder, evil) {
       const [seconds, rmse, pareto] = kResults[s][m];
       const some = (value) => ({seconds: value, rmse, psnr: null});
       runs.push({
-        settings: {source, method}, median: some(seconds), spread: {seconds: 0.001, rmse: 0, psnr: null},
-        mean: some(seconds), interval95: {seconds: 0.002, rmse: 0.01, psnr: null},
-        values: {seconds: [seconds, seconds], rmse: [rmse, rmse], psnr: [null, null]}, pareto,
+        settings: {source, method},
+        median: some(seconds),
+        spread: {seconds: 0.001, rmse: 0, psnr: null},
+        mean: some(seconds),
+        interval95: {seconds: 0.002, rmse: 0.01, psnr: null},
+        values: {seconds: [seconds, seconds], rmse: [rmse, rmse], psnr: [null, null]},
+        pareto,
       });
-      wholes.push({source, strategy: `strategy-${m}`, reference: "sobol-owen:spp=64", size: `${kWidth}x${kHeight}`, layout: "rgb", ppd: "40"});
-    }));
+      wholes.push({
+        source,
+        strategy: `strategy-${m}`,
+        reference: "sobol-owen:spp=64",
+        size: `${kWidth}x${kHeight}`,
+        layout: "rgb",
+        ppd: "40",
+      });
+    }),
+  );
   const results = {
-    study: "hand-made", title: `Title ${kEvil}`, work: "strategy", repeats: 1, seeds: 2, measure: ["seconds", "rmse"],
+    study: "hand-made",
+    title: `Title ${kEvil}`,
+    work: "strategy",
+    repeats: 1,
+    seeds: 2,
+    measure: ["seconds", "rmse"],
     fixed: {size: `${kWidth}x${kHeight}`, layout: "rgb", ppd: "40"},
-    pareto: {measures: ["seconds", "rmse"], within: ["source"]}, runs,
+    pareto: {measures: ["seconds", "rmse"], within: ["source"]},
+    runs,
     faster: [{first: "good", second: kEvil, where: {source: "first"}, ratio: 0.9, t: -3, freedom: 4, p: 0.01}],
   };
   fs.writeFileSync(path.join(folder, "results.json"), JSON.stringify(results));
-  fs.writeFileSync(path.join(folder, "plan.json"), JSON.stringify({work: "strategy", version: "0", threads: "2", settings: wholes}));
+  fs.writeFileSync(
+    path.join(folder, "plan.json"),
+    JSON.stringify({work: "strategy", version: "0", threads: "2", settings: wholes}),
+  );
   const at = (part, name) => path.join(folder, part, name);
   writeExr(at("references", "first.exr"), 3 * kWidth, kHeight, cell, {"triad:cells": "3x1"});
-  fs.writeFileSync(at("references", "first.json"), JSON.stringify(
-    {reference: `first ${kWidth}x${kHeight} cells 3x1 camera '' effects '' bounces 32 by sobol-owen:spp=64`, rmse: 0}));
-  Object.entries(pictures).forEach(([name, pixel], i) => writeExr(at("pictures", `00${i}-first-${name}.exr`), kWidth, kHeight, pixel));
+  fs.writeFileSync(
+    at("references", "first.json"),
+    JSON.stringify({
+      reference: `first ${kWidth}x${kHeight} cells 3x1 camera '' effects '' bounces 32 by sobol-owen:spp=64`,
+      rmse: 0,
+    }),
+  );
+  Object.entries(pictures).forEach(([name, pixel], i) =>
+    writeExr(at("pictures", `00${i}-first-${name}.exr`), kWidth, kHeight, pixel),
+  );
   evil(at("pictures", "002-first-slow.exr"), at("pictures", "003-first-evil.exr"));
   writeExr(at("pictures", "004-second-cheap.exr"), 20, 30, () => [0.5, 0.5, 0.5]);
   return results;

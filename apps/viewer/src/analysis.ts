@@ -4,7 +4,9 @@ import type {Light} from "./pictures";
 
 // Luminance of linear Rec. 709 (IEC 61966-2-1).
 const luminance = (rgb: Float32Array, pixel: number): number =>
-  0.2126 * (rgb[3 * pixel] as number) + 0.7152 * (rgb[3 * pixel + 1] as number) + 0.0722 * (rgb[3 * pixel + 2] as number);
+  0.2126 * (rgb[3 * pixel] as number) +
+  0.7152 * (rgb[3 * pixel + 1] as number) +
+  0.0722 * (rgb[3 * pixel + 2] as number);
 
 // Signed, of luminance.
 export function errorPlane(test: Light, reference: Light): Float64Array {
@@ -32,7 +34,9 @@ export function errorHistogram(plane: Float64Array, low = -5, high = 1, perDecad
     sums[bin] = (sums[bin] as number) + 1;
   }
   return [...sums].map((sum, i) => ({
-    from: 10 ** (low + i / perDecade), to: 10 ** (low + (i + 1) / perDecade), share: sum / plane.length,
+    from: 10 ** (low + i / perDecade),
+    to: 10 ** (low + (i + 1) / perDecade),
+    share: sum / plane.length,
   }));
 }
 
@@ -70,8 +74,8 @@ export interface Spectrum {
   frequency: number; // cycles per pixel
   power: number; // mean power density: white noise of variance v has v everywhere
 }
-// Radial means of the power spectrum of a plane: Hann windows of `size` square that overlap by half (Welch, 1967), their
-// means taken off. Empty for a plane that is smaller than 16 pixels a side.
+// Radial means of the power spectrum of a plane: square Hann windows that overlap by half (Welch, 1967), their means
+// taken off. Empty for a plane that is smaller than 16 pixels a side.
 export function noiseSpectrum(plane: Float64Array, width: number, height: number, largest = 128): Spectrum[] {
   let size = largest;
   while (size > Math.min(width, height)) size /= 2;
@@ -93,7 +97,8 @@ export function noiseSpectrum(plane: Float64Array, width: number, height: number
         const rowRe = re[y] as Float64Array;
         const rowIm = im[y] as Float64Array;
         for (let x = 0; x < size; ++x)
-          rowRe[x] = ((plane[(y0 + y) * width + x0 + x] as number) - mean) * (window[x] as number) * (window[y] as number);
+          rowRe[x] =
+            ((plane[(y0 + y) * width + x0 + x] as number) - mean) * (window[x] as number) * (window[y] as number);
         rowIm.fill(0);
         fft(rowRe, rowIm);
       }
@@ -106,7 +111,8 @@ export function noiseSpectrum(plane: Float64Array, width: number, height: number
         for (let y = 0; y < size; ++y) {
           const ring = Math.round(Math.hypot(Math.min(x, size - x), Math.min(y, size - y)));
           if (ring < 1 || ring >= size / 2) continue;
-          rings[ring] = (rings[ring] as number) + ((columnRe[y] as number) ** 2 + (columnIm[y] as number) ** 2) / energy;
+          rings[ring] =
+            (rings[ring] as number) + ((columnRe[y] as number) ** 2 + (columnIm[y] as number) ** 2) / energy;
           counts[ring] = (counts[ring] as number) + 1;
         }
       }

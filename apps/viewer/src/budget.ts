@@ -13,7 +13,11 @@ const kRoundBudget_s = 0.1;
 const cost = (measure: string, value: number): string =>
   isTime(measure) ? seconds(value) : `${number(value, 3)} ${unitOf(measure) || measure}`;
 
-export function buildBudget(report: Report, look: (picture: number, layout: string) => void, changed: (budget: Budget) => void): Budget {
+export function buildBudget(
+  report: Report,
+  look: (picture: number, layout: string) => void,
+  changed: (budget: Budget) => void,
+): Budget {
   const section = byId("budget");
   const {x, y} = firstMeasures(report);
   const choice = firstChoice(report);
@@ -33,30 +37,71 @@ export function buildBudget(report: Report, look: (picture: number, layout: stri
   const panelNames = report.layouts.map((layout) => layout.name);
   const panel = h("select", {id: "budget-layout", "aria-label": "Panel"});
   for (const name of panelNames)
-    panel.append(h("option", {value: name, selected: name === (panelNames.includes("qd-oled") ? "qd-oled" : report.layout)}, name));
-  const entry = h("input", {id: "budget-value", type: "number", min: 0, step: "any", value: number(budget.value * scale, 3).replace("−", "-")});
+    panel.append(
+      h("option", {value: name, selected: name === (panelNames.includes("qd-oled") ? "qd-oled" : report.layout)}, name),
+    );
+  const entry = h("input", {
+    id: "budget-value",
+    type: "number",
+    min: 0,
+    step: "any",
+    value: number(budget.value * scale, 3).replace("−", "-"),
+  });
   const low = Math.log10(Math.min(least, budget.value)) - 0.05;
   const high = Math.log10(Math.max(most, budget.value)) + 0.05;
-  const slide = h("input", {id: "budget-slider", type: "range", min: low, max: high, step: 0.005, value: Math.log10(budget.value), "aria-label": "Budget"});
+  const slide = h("input", {
+    id: "budget-slider",
+    type: "range",
+    min: low,
+    max: high,
+    step: 0.005,
+    value: Math.log10(budget.value),
+    "aria-label": "Budget",
+  });
   const answer = h("div", {id: "answer", "aria-live": "polite"});
   const places = h("div", {id: "answer-places"});
 
-  const averaged = Object.entries(choice).filter(([, value]) => value === "").map(([axis]) => axis);
+  const averaged = Object.entries(choice)
+    .filter(([, value]) => value === "")
+    .map(([axis]) => axis);
   const scope = averaged.map((axis) => `mean over ${valuesOf(report, axis).length} ${axis}s`).join(", ");
   // Where scores of several distances or panels are there, one is chosen.
   const fixed = Object.keys(choice).filter((axis) => choice[axis] !== "" && valuesOf(report, axis).length > 1);
-  const chosen = fixed.map((axis) =>
-    select(`budget-${axis}`, axis, valuesOf(report, axis).map((v): [string, string] => [v, v]), choice[axis] ?? "", (value) => {
-      choice[axis] = value;
-      points = pointsOf(report, choice, x, y);
-      update();
-    }).element);
+  const chosen = fixed.map(
+    (axis) =>
+      select(
+        `budget-${axis}`,
+        axis,
+        valuesOf(report, axis).map((v): [string, string] => [v, v]),
+        choice[axis] ?? "",
+        (value) => {
+          choice[axis] = value;
+          points = pointsOf(report, choice, x, y);
+          update();
+        },
+      ).element,
+  );
 
-  const buttons = (point: Point): HTMLElement[] => point.picture < 0 ? [] : [
-    h("button", {type: "button", id: "look", class: "primary", click: () => look(point.picture, "")}, "Look at its picture"),
-    h("span", {class: "joined"},
-      h("button", {type: "button", id: "look-panel", click: () => look(point.picture, panel.value)}, "See it on the panel"), panel),
-  ];
+  const buttons = (point: Point): HTMLElement[] =>
+    point.picture < 0
+      ? []
+      : [
+          h(
+            "button",
+            {type: "button", id: "look", class: "primary", click: () => look(point.picture, "")},
+            "Look at its picture",
+          ),
+          h(
+            "span",
+            {class: "joined"},
+            h(
+              "button",
+              {type: "button", id: "look-panel", click: () => look(point.picture, panel.value)},
+              "See it on the panel",
+            ),
+            panel,
+          ),
+        ];
   const placeRows = (): HTMLElement | null => {
     const axis = averaged[0];
     if (!axis || valuesOf(report, axis).length < 2) return null;
@@ -64,24 +109,52 @@ export function buildBudget(report: Report, look: (picture: number, layout: stri
       const own: Choice = {...choice, [axis]: value};
       const best = bestFor(pointsOf(report, own, x, y), budget.value, higher);
       if (!best) return h("tr", {}, h("th", {scope: "row"}, value), h("td", {colspan: 3}, "none within it"));
-      const name = best.picture < 0 ? best.label : h("button", {type: "button", class: "link", click: () => look(best.picture, "")}, best.label);
-      return h("tr", {}, h("th", {scope: "row"}, value), h("td", {}, name),
-        h("td", {}, number(best.y, 3)), h("td", {}, cost(x, best.x)));
+      const name =
+        best.picture < 0
+          ? best.label
+          : h("button", {type: "button", class: "link", click: () => look(best.picture, "")}, best.label);
+      return h(
+        "tr",
+        {},
+        h("th", {scope: "row"}, value),
+        h("td", {}, name),
+        h("td", {}, number(best.y, 3)),
+        h("td", {}, cost(x, best.x)),
+      );
     });
-    return h("table", {}, h("thead", {}, h("tr", {}, ...[axis, "best", y, x].map((t) => h("th", {scope: "col"}, t)))), h("tbody", {}, ...rows));
+    return h(
+      "table",
+      {},
+      h("thead", {}, h("tr", {}, ...[axis, "best", y, x].map((t) => h("th", {scope: "col"}, t)))),
+      h("tbody", {}, ...rows),
+    );
   };
 
   const update = (): void => {
     const best = bestFor(points, budget.value, higher);
     const cheapest = [...points].sort((a, b) => a.x - b.x)[0] as Point;
-    answer.replaceChildren(...(best
-      ? [
-          h("p", {class: "winner"}, h("strong", {id: "winner"}, best.label)),
-          h("p", {}, `${higher ? "highest" : "least"} error of the ${points.length} compared: `.replace("highest error", "highest score"),
-            h("b", {}, `${y} ${number(best.y, 3)}`), ` in ${cost(x, best.x)}`, scope ? ` (${scope})` : ""),
-          h("p", {class: "row"}, ...buttons(best)),
-        ]
-      : [h("p", {class: "winner"}, "Nothing is that cheap."), h("p", {}, `The cheapest is ${cheapest.label}, ${cost(x, cheapest.x)}.`)]));
+    answer.replaceChildren(
+      ...(best
+        ? [
+            h("p", {class: "winner"}, h("strong", {id: "winner"}, best.label)),
+            h(
+              "p",
+              {},
+              `${higher ? "highest" : "least"} error of the ${points.length} compared: `.replace(
+                "highest error",
+                "highest score",
+              ),
+              h("b", {}, `${y} ${number(best.y, 3)}`),
+              ` in ${cost(x, best.x)}`,
+              scope ? ` (${scope})` : "",
+            ),
+            h("p", {class: "row"}, ...buttons(best)),
+          ]
+        : [
+            h("p", {class: "winner"}, "Nothing is that cheap."),
+            h("p", {}, `The cheapest is ${cheapest.label}, ${cost(x, cheapest.x)}.`),
+          ]),
+    );
     const rows = placeRows();
     places.replaceChildren(...(rows ? [rows] : []));
     changed(budget);
@@ -99,13 +172,29 @@ export function buildBudget(report: Report, look: (picture: number, layout: stri
   });
   section.append(
     h("h2", {}, "Best for a budget"),
-    h("div", {class: "budget-grid"},
-      h("div", {},
-        h("div", {class: "toolbar"},
-          h("label", {class: "field"}, h("span", {}, `Budget, ${x}`), h("span", {class: "row"}, entry, isTime(x) ? "ms" : unitOf(x) || x)),
-          ...chosen),
-        slide, answer),
-      places));
+    h(
+      "div",
+      {class: "budget-grid"},
+      h(
+        "div",
+        {},
+        h(
+          "div",
+          {class: "toolbar"},
+          h(
+            "label",
+            {class: "field"},
+            h("span", {}, `Budget, ${x}`),
+            h("span", {class: "row"}, entry, isTime(x) ? "ms" : unitOf(x) || x),
+          ),
+          ...chosen,
+        ),
+        slide,
+        answer,
+      ),
+      places,
+    ),
+  );
   update();
   return budget;
 }

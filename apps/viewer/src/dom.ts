@@ -6,7 +6,9 @@ type Properties = Record<string, string | number | boolean | ((event: Event) => 
 
 // Functions listen ("click", "input"), true sets an empty attribute, false leaves it out.
 export function h<K extends keyof HTMLElementTagNameMap>(
-  tag: K, properties: Properties = {}, ...children: Child[]
+  tag: K,
+  properties: Properties = {},
+  ...children: Child[]
 ): HTMLElementTagNameMap[K] {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(properties))
@@ -23,7 +25,11 @@ export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
 }
 
 export function select(
-  id: string, label: string, options: [string, string][], value: string, change: (value: string) => void,
+  id: string,
+  label: string,
+  options: [string, string][],
+  value: string,
+  change: (value: string) => void,
 ): {element: HTMLElement; box: HTMLSelectElement} {
   const box = h("select", {id, change: () => change(box.value)});
   for (const [key, text] of options) box.append(h("option", {value: key, selected: key === value}, text));
@@ -35,12 +41,19 @@ export function number(value: number | null | undefined, digits = 4): string {
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  const text = size >= 1e7 || size < 1e-4 ? value.toExponential(digits - 1).replace(/\.?0*e/, "e") : Number(value.toPrecision(digits)).toString();
+  const text =
+    size >= 1e7 || size < 1e-4
+      ? value.toExponential(digits - 1).replace(/\.?0*e/, "e")
+      : Number(value.toPrecision(digits)).toString();
   return text.replace("-", "−");
 }
 
 export function seconds(value: number): string {
-  return value < 1e-3 ? `${number(value * 1e6, 3)} µs` : value < 1 ? `${number(value * 1e3, 3)} ms` : `${number(value, 3)} s`;
+  return value < 1e-3
+    ? `${number(value * 1e6, 3)} µs`
+    : value < 1
+      ? `${number(value * 1e3, 3)} ms`
+      : `${number(value, 3)} s`;
 }
 
 // A failure that the reader sees, in place of a page that silently does nothing.

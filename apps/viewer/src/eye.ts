@@ -54,7 +54,8 @@ function tapsBlur(taps: number[]): LineBlur {
     for (let i = 0; i < n; ++i) {
       const c = i + radius;
       let sum = (h[0] as number) * (padded[c] as number);
-      for (let k = 1; k <= radius; ++k) sum += (h[k] as number) * ((padded[c - k] as number) + (padded[c + k] as number));
+      for (let k = 1; k <= radius; ++k)
+        sum += (h[k] as number) * ((padded[c - k] as number) + (padded[c + k] as number));
       line[i] = sum;
     }
   };
@@ -120,7 +121,7 @@ function recursiveBlur(sigma: number): LineBlur {
 
 const clamp = (v: number): number => (v > 0 ? (v < 1 ? v : 1) : 0); // NaN is 0
 
-// The light of a picture on a panel, or of a render's own cells (panel null), clamped to what there is, one row of cells.
+// One row of cells' light: of a picture on a panel, or of a render's own cells (panel null); clamped to what there is.
 type LightRow = (y: number, row: Float64Array) => void;
 
 interface Field {
@@ -165,7 +166,11 @@ function cellsField(light: Light, pad: number): Field {
 // Means over display pixels of what is seen, linear RGB. `panel` null: the picture is light and no panel's drives.
 // `pause` is awaited now and then; it throws to give up.
 export async function see(
-  picture: Light, panel: Panel | null, vision: Vision, ppd: number, pause: () => Promise<void>,
+  picture: Light,
+  panel: Panel | null,
+  vision: Vision,
+  ppd: number,
+  pause: () => Promise<void>,
 ): Promise<Light> {
   const widest = Math.max(...vision.gaussians.flat().map(([, spread]) => spread));
   const pad = Math.ceil(((3.5 * widest) / Math.SQRT2) * ppd);

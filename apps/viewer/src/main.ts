@@ -19,10 +19,12 @@ function buildViewer(viewer: Viewer): void {
   viewer.onChange = () => {
     if (waits) return;
     waits = true;
-    requestAnimationFrame(guarded(() => {
-      waits = false;
-      update();
-    }));
+    requestAnimationFrame(
+      guarded(() => {
+        waits = false;
+        update();
+      }),
+    );
   };
   viewer.onProbe = (probe) => showProbe(viewer, probe);
   listen(viewer);
@@ -36,7 +38,9 @@ function buildViewer(viewer: Viewer): void {
 function buildAnalysis(viewer: Viewer): void {
   const {report, state} = viewer;
   const draw = guarded(async () => {
-    const indices = [...new Set([state.a, state.b, ...state.pinned])].filter((i) => i >= 0 && !report.pictures[i]?.isReference);
+    const indices = [...new Set([state.a, state.b, ...state.pinned])].filter(
+      (i) => i >= 0 && !report.pictures[i]?.isReference,
+    );
     const styles = stylesOf(indices.map(String));
     const histograms = [];
     const spectra = [];
@@ -57,7 +61,8 @@ function buildAnalysis(viewer: Viewer): void {
     byId("analysis").hidden = histograms.length === 0;
     box.replaceChildren(
       h("figure", {}, h("figcaption", {}, "Errors by size"), drawHistogram(histograms, width)),
-      h("figure", {}, h("figcaption", {}, "Errors by frequency"), drawSpectra(spectra, width)));
+      h("figure", {}, h("figcaption", {}, "Errors by frequency"), drawSpectra(spectra, width)),
+    );
   });
   let timer = 0;
   let before = "";
@@ -82,7 +87,12 @@ function start(): void {
   const look = (picture: number, layout = ""): void => {
     if (!viewer || picture < 0) return;
     if (layout) viewer.state.zoom = 8;
-    viewer.set({a: picture, view: viewer.state.view === "side" || layout ? "side" : viewer.state.view, swapped: false, ...(layout ? {layout, isSeen: false} : {})});
+    viewer.set({
+      a: picture,
+      view: viewer.state.view === "side" || layout ? "side" : viewer.state.view,
+      swapped: false,
+      ...(layout ? {layout, isSeen: false} : {}),
+    });
     byId("pictures").scrollIntoView({block: "start"});
     viewer.canvas.focus({preventScroll: true});
   };
@@ -105,7 +115,8 @@ function start(): void {
     byId("pictures").hidden = true;
     byId("analysis").hidden = true;
   }
-  for (const link of document.querySelectorAll<HTMLAnchorElement>("nav a")) link.hidden = byId(link.hash.slice(1)).hidden;
+  for (const link of document.querySelectorAll<HTMLAnchorElement>("nav a"))
+    link.hidden = byId(link.hash.slice(1)).hidden;
 }
 
 window.addEventListener("error", (event) => showError(event.error ?? event.message));

@@ -43,7 +43,7 @@ export function chosenAxes(report: Report): string[] {
 
 export function firstChoice(report: Report): Choice {
   const choice: Choice = {};
-  for (const axis of chosenAxes(report)) choice[axis] = canAverage(axis) ? "" : valuesOf(report, axis)[0] ?? "";
+  for (const axis of chosenAxes(report)) choice[axis] = canAverage(axis) ? "" : (valuesOf(report, axis)[0] ?? "");
   return choice;
 }
 
@@ -143,9 +143,7 @@ export function isParetoOptimal(point: Point, all: Point[], higher: boolean): bo
   const sign = higher ? -1 : 1;
   return !all.some(
     (other) =>
-      other.x <= point.x &&
-      sign * other.y <= sign * point.y &&
-      (other.x < point.x || sign * other.y < sign * point.y),
+      other.x <= point.x && sign * other.y <= sign * point.y && (other.x < point.x || sign * other.y < sign * point.y),
   );
 }
 
@@ -172,9 +170,7 @@ export function slopeOf(points: {x: number; y: number}[]): number {
 // The least error among what costs no more than the budget; the cheaper of equals.
 export function bestFor(points: Point[], budget: number, higher: boolean): Point | undefined {
   const sign = higher ? -1 : 1;
-  return points
-    .filter((point) => point.x <= budget)
-    .sort((a, b) => sign * (a.y - b.y) || a.x - b.x)[0];
+  return points.filter((point) => point.x <= budget).sort((a, b) => sign * (a.y - b.y) || a.x - b.x)[0];
 }
 
 // The measures that charts begin with: what the plan's Pareto front is of, else the first cost and error there are.
@@ -185,11 +181,18 @@ export function firstMeasures(report: Report): {x: string; y: string} {
 }
 
 // What a knob costs: the geometric mean of a measure for each of an axis's values, over all else that is chosen.
-export function byValue(report: Report, choice: Choice, axis: string, measure: string): {value: string; mean: number}[] {
+export function byValue(
+  report: Report,
+  choice: Choice,
+  axis: string,
+  measure: string,
+): {value: string; mean: number}[] {
   return valuesOf(report, axis)
     .map((value) => {
       const numbers = report.runs
-        .filter((run) => Object.entries({...choice, [axis]: value}).every(([a, v]) => v === "" || run.settings[a] === v))
+        .filter((run) =>
+          Object.entries({...choice, [axis]: value}).every(([a, v]) => v === "" || run.settings[a] === v),
+        )
         .map((run) => run.shown[measure])
         .filter(present);
       return {value, mean: numbers.length ? geometricMean(numbers) : NaN};

@@ -26,7 +26,7 @@ function save(name: string, text: string, type: string): void {
 const keyOf = (row: HTMLTableRowElement, column: number): number | string => {
   const cell = row.cells[column];
   const value = cell?.dataset["value"];
-  return value === undefined ? cell?.textContent ?? "" : Number(value);
+  return value === undefined ? (cell?.textContent ?? "") : Number(value);
 };
 
 // Numbers before texts; what is no number comes last either way.
@@ -35,7 +35,11 @@ export function compareKeys(a: number | string, b: number | string, sign: number
     if (Number.isNaN(a) || Number.isNaN(b)) return Number(Number.isNaN(a)) - Number(Number.isNaN(b));
     return sign * (a - b);
   }
-  return typeof a === typeof b ? sign * String(a).localeCompare(String(b), "en", {numeric: true}) : typeof a === "number" ? -1 : 1;
+  return typeof a === typeof b
+    ? sign * String(a).localeCompare(String(b), "en", {numeric: true})
+    : typeof a === "number"
+      ? -1
+      : 1;
 }
 
 function makeSortable(table: HTMLTableElement): void {
@@ -43,14 +47,25 @@ function makeSortable(table: HTMLTableElement): void {
   const heads = [...(table.tHead?.rows[0]?.cells ?? [])];
   heads.forEach((head, column) => {
     const text = head.textContent ?? "";
-    head.replaceChildren(h("button", {type: "button", class: "sort", title: `Sort by ${text}`, click: () => {
-      const down = head.getAttribute("aria-sort") === "ascending";
-      for (const other of heads) other.removeAttribute("aria-sort");
-      head.setAttribute("aria-sort", down ? "descending" : "ascending");
-      const rows = [...(body?.rows ?? [])];
-      rows.sort((a, b) => compareKeys(keyOf(a, column), keyOf(b, column), down ? -1 : 1));
-      body?.append(...rows);
-    }}, text));
+    head.replaceChildren(
+      h(
+        "button",
+        {
+          type: "button",
+          class: "sort",
+          title: `Sort by ${text}`,
+          click: () => {
+            const down = head.getAttribute("aria-sort") === "ascending";
+            for (const other of heads) other.removeAttribute("aria-sort");
+            head.setAttribute("aria-sort", down ? "descending" : "ascending");
+            const rows = [...(body?.rows ?? [])];
+            rows.sort((a, b) => compareKeys(keyOf(a, column), keyOf(b, column), down ? -1 : 1));
+            body?.append(...rows);
+          },
+        },
+        text,
+      ),
+    );
   });
 }
 
@@ -61,12 +76,35 @@ export function buildTables(report: Report, look: (picture: number) => void): vo
       const picture = Number(row.dataset["picture"] ?? -1);
       const first = row.cells[0];
       if (picture < 0 || !first) continue;
-      first.append(" ", h("button", {type: "button", class: "link", title: "Look at this picture", click: () => look(picture)}, "view"));
+      first.append(
+        " ",
+        h("button", {type: "button", class: "link", title: "Look at this picture", click: () => look(picture)}, "view"),
+      );
     }
   }
   byId("downloads").append(
-    h("button", {type: "button", id: "save-csv", click: () => save("results.csv", toCsv(report), "text/csv")}, "Save as CSV"),
-    h("button", {type: "button", id: "save-json", click: () =>
-      save("results.json", JSON.stringify({title: report.title, facts: report.facts, pareto: report.pareto, runs: report.runs}, null, 1) + "\n", "application/json")},
-      "Save as JSON"));
+    h(
+      "button",
+      {type: "button", id: "save-csv", click: () => save("results.csv", toCsv(report), "text/csv")},
+      "Save as CSV",
+    ),
+    h(
+      "button",
+      {
+        type: "button",
+        id: "save-json",
+        click: () =>
+          save(
+            "results.json",
+            JSON.stringify(
+              {title: report.title, facts: report.facts, pareto: report.pareto, runs: report.runs},
+              null,
+              1,
+            ) + "\n",
+            "application/json",
+          ),
+      },
+      "Save as JSON",
+    ),
+  );
 }

@@ -24,12 +24,16 @@ export function listen(viewer: Viewer): void {
     viewer.pointTo(here.x, here.y);
   });
   for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => (last = null));
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    const here = at(event);
-    viewer.zoomTo(viewer.zoom * 2 ** (-event.deltaY / 240), here.x, here.y);
-    viewer.pointTo(here.x, here.y);
-  }, {passive: false});
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      const here = at(event);
+      viewer.zoomTo(viewer.zoom * 2 ** (-event.deltaY / 240), here.x, here.y);
+      viewer.pointTo(here.x, here.y);
+    },
+    {passive: false},
+  );
   canvas.addEventListener("dblclick", () => {
     viewer.centre();
     viewer.set({});
@@ -104,7 +108,9 @@ const triple = (values: number[], digits: number): string[] => values.map((v) =>
 export function showProbe(viewer: Viewer, probe: Probe | null): void {
   const box = byId("probe");
   if (!probe) {
-    box.replaceChildren(h("p", {class: "note"}, "Point at a picture, or press Shift and an arrow key, to read its values."));
+    box.replaceChildren(
+      h("p", {class: "note"}, "Point at a picture, or press Shift and an arrow key, to read its values."),
+    );
     return;
   }
   const row = (name: string, cells: string[], swatch = ""): HTMLElement => {
@@ -117,7 +123,8 @@ export function showProbe(viewer: Viewer, probe: Probe | null): void {
     return line;
   };
   const body = probe.rows.map(({index, linear, encoded}) =>
-    row(rivalName(viewer.report, index), [...triple(linear, 6), ...encoded.map(String)], `rgb(${encoded.join(" ")})`));
+    row(rivalName(viewer.report, index), [...triple(linear, 6), ...encoded.map(String)], `rgb(${encoded.join(" ")})`),
+  );
   const [one, two] = probe.rows;
   if (one && two) {
     const difference = one.linear.map((v, i) => v - (two.linear[i] as number));
@@ -125,10 +132,22 @@ export function showProbe(viewer: Viewer, probe: Probe | null): void {
     body.push(row("difference", [...triple(difference, 4), ...codes.map((v) => number(v))]));
   }
   box.replaceChildren(
-    h("p", {}, `Pixel ${probe.x}, ${probe.y}`,
-      Number.isNaN(probe.error) ? "" : ` · error ${number(probe.error)}`),
-    h("table", {class: "probe"},
-      h("thead", {}, h("tr", {}, h("th", {}, ""), ...["R", "G", "B"].map((c) => h("th", {scope: "col"}, `${c} linear`)),
-        ...["R", "G", "B"].map((c) => h("th", {scope: "col"}, `${c} sRGB 8-bit`)))),
-      h("tbody", {}, ...body)));
+    h("p", {}, `Pixel ${probe.x}, ${probe.y}`, Number.isNaN(probe.error) ? "" : ` · error ${number(probe.error)}`),
+    h(
+      "table",
+      {class: "probe"},
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          h("th", {}, ""),
+          ...["R", "G", "B"].map((c) => h("th", {scope: "col"}, `${c} linear`)),
+          ...["R", "G", "B"].map((c) => h("th", {scope: "col"}, `${c} sRGB 8-bit`)),
+        ),
+      ),
+      h("tbody", {}, ...body),
+    ),
+  );
 }

@@ -39,8 +39,10 @@ export function groupsOf(report: Report): Group[] {
   report.pictures.forEach((picture, index) => {
     if (picture.isReference) return;
     const name =
-      report.axes.filter((axis) => axis !== rivals).map((axis) => picture.settings[axis] ?? "").join(" · ") ||
-      "all";
+      report.axes
+        .filter((axis) => axis !== rivals)
+        .map((axis) => picture.settings[axis] ?? "")
+        .join(" · ") || "all";
     groups.set(name, [...(groups.get(name) ?? []), index]);
   });
   return [...groups].map(([name, pictures]) => ({name, pictures}));
@@ -70,7 +72,10 @@ const kGap = 2; // device pixels between panes
 
 // `shown[i]` is picturesShown(state)[i]. width, height: the canvas, device pixels; ratio: of those to CSS pixels.
 export function place(
-  state: ViewState, shown: (Shown | null)[], size: {width: number; height: number}, canvas: {width: number; height: number},
+  state: ViewState,
+  shown: (Shown | null)[],
+  size: {width: number; height: number},
+  canvas: {width: number; height: number},
   ratio: number,
 ): Placed {
   const there = shown.filter((one): one is Shown => one !== null);

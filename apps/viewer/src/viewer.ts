@@ -34,13 +34,30 @@ export class Viewer {
   private turn = 0;
   private pointer: {x: number; y: number} | null = null; // on the canvas, device pixels
 
-  constructor(readonly report: Report, readonly canvas: HTMLCanvasElement, plain: boolean) {
+  constructor(
+    readonly report: Report,
+    readonly canvas: HTMLCanvasElement,
+    plain: boolean,
+  ) {
     this.store = new PictureStore(report.pictures);
     const first = groupsOf(report)[0]?.pictures[0] ?? 0;
     const b = report.pictures[first]?.reference ?? -1;
     this.state = {
-      a: first, b, pinned: [], view: b >= 0 ? "side" : "one", swapped: false, exposure: 0, gamma: 0, zoom: 0, x: 0, y: 0,
-      split: 0.5, layout: "", isSeen: false, ppd: report.ppd || 40, errorMost: 0.1,
+      a: first,
+      b,
+      pinned: [],
+      view: b >= 0 ? "side" : "one",
+      swapped: false,
+      exposure: 0,
+      gamma: 0,
+      zoom: 0,
+      x: 0,
+      y: 0,
+      split: 0.5,
+      layout: "",
+      isSeen: false,
+      ppd: report.ppd || 40,
+      errorMost: 0.1,
     };
     this.centre();
     this.painter = (plain ? null : makeGlPainter(canvas)) ?? makeCpuPainter(canvas);
@@ -205,15 +222,26 @@ export class Viewer {
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
     const indices = picturesShown(state).filter((i) => i >= 0);
     const placing = (): Placed =>
-      place(state, indices.map((i) => this.shown(i)), this.size(state.a), {width, height}, this.ratio);
+      place(
+        state,
+        indices.map((i) => this.shown(i)),
+        this.size(state.a),
+        {width, height},
+        this.ratio,
+      );
     this.placed = placing();
     this.placed = placing(); // whether emitters are shown depends on the zoom
     const dark = getComputedStyle(canvas).getPropertyValue("--canvas").trim() || "#202020";
     const background = [1, 3, 5].map((i) => parseInt(dark.slice(i, i + 2), 16) / 255) as [number, number, number];
     try {
       this.painter.draw({
-        panes: this.placed.panes, zoom: this.placed.zoom, exposure: state.exposure, gamma: state.gamma,
-        errorMost: state.errorMost, panel: this.panelOf(state.layout), background,
+        panes: this.placed.panes,
+        zoom: this.placed.zoom,
+        exposure: state.exposure,
+        gamma: state.gamma,
+        errorMost: state.errorMost,
+        panel: this.panelOf(state.layout),
+        background,
       });
     } catch (error) {
       showError(error);
@@ -260,12 +288,16 @@ export class Viewer {
     return panes.map((pane, i) => ({
       left: pane.x / this.ratio,
       width: pane.width / this.ratio,
-      name: pane.b ? indices.map((k) => rivalName(this.report, k)).join(sign) : rivalName(this.report, indices[i] ?? -1),
+      name: pane.b
+        ? indices.map((k) => rivalName(this.report, k)).join(sign)
+        : rivalName(this.report, indices[i] ?? -1),
     }));
   }
 
   describe(): string {
-    const names = picturesShown(this.state).map((i) => this.report.pictures[i]?.name ?? "").filter(Boolean);
+    const names = picturesShown(this.state)
+      .map((i) => this.report.pictures[i]?.name ?? "")
+      .filter(Boolean);
     const what = {one: "Picture", side: "Side by side", split: "Split", difference: "Difference", error: "Error map"};
     return `${what[this.state.view]}: ${names.join(" and ")}, at ${number(this.zoom * 100, 3)}%`;
   }
