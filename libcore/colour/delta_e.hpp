@@ -32,8 +32,8 @@ void cie76(const LabBlock& one, const LabBlock& other, size_t count, double* del
 
 // CIEDE2000 with kL = kC = kH = 1: ISO/CIE 11664-6, in the notation and with the wrapping of hues of G. Sharma, W. Wu
 // and E. N. Dalal, "The CIEDE2000 color-difference formula: implementation notes, supplementary test data, and
-// mathematical observations" (Color Research and Application 30(1), 2005). To 1e-8; where two hues are opposite, the
-// formula itself jumps, and rounding decides.
+// mathematical observations" (Color Research and Application 30(1), 2005). To 1e-9; less where two hues are opposite
+// to a thousandth of a degree, for there the formula itself jumps.
 void ciede2000(const LabBlock& one, const LabBlock& other, size_t count, double* delta_e);
 
 }  // namespace triad

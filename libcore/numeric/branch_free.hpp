@@ -30,7 +30,7 @@ TRIAD_INLINE_BODY inline double with_sign(double a, double b) {
   return std::bit_cast<double>((std::bit_cast<uint64_t>(a) & ~kSign) | (std::bit_cast<uint64_t>(b) & kSign));
 }
 
-// Cube root of a normal number above 0; relative error below 4e-15.
+// Cube root of a normal number above 0; relative error below 1e-14.
 //
 // A third of the exponent and of what follows it, as if both were one number, is the root to 3.5% (Kahan's start, as
 // in FreeBSD's cbrt); two of Halley's steps cube the error each.
