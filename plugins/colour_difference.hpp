@@ -35,9 +35,10 @@ inline void require_same_white(const tp::PlanCall& call) {
   };
   for (int i = 0; i < 3; ++i)
     if (!(std::abs(white(0, i) - white(1, i)) < 1e-3) || !(white(0, i) > 0))
-      throw tp::Error(TRIAD_E_INPUT,
-                      "test and reference have different white points; bring them to one colour space, as in "
-                      "--to linear-rec709");
+      throw tp::Error(
+          TRIAD_E_INPUT,
+          "test and reference have different white points; bring them to one colour space first, as triad run "
+          "--to SPACE -o FILE does");
 }
 
 template <class Formula>

@@ -45,9 +45,10 @@ struct Scielab {
     const triad_image &test = call.in(0), &reference = call.in(1);
     for (int i = 0; i < 9; ++i)
       if (!(std::abs(test.rgb_to_xyz[i] - reference.rgb_to_xyz[i]) < 1e-4))
-        throw tp::Error(TRIAD_E_INPUT,
-                        "test and reference have different primaries; bring them to one colour space, as in "
-                        "--to linear-rec709");
+        throw tp::Error(
+            TRIAD_E_INPUT,
+            "test and reference have different primaries; bring them to one colour space first, as triad run "
+            "--to SPACE -o FILE does");
     if (test.cells_x != reference.cells_x || test.cells_y != reference.cells_y)
       throw tp::Error(TRIAD_E_INPUT, "test and reference have different cells a pixel; they must be alike");
     width_ = static_cast<size_t>(test.width);
