@@ -73,10 +73,9 @@ TRIAD_INLINE_BODY inline double ciede2000_of(double L1, double a1, double b1, do
   const bool opposite = (dot < 0) & ((cross == 0) | ((x == 0) & (y == 0)));
   const double turn = select(opposite, select(first_is_lower, 1, -1), cross);
   const double dH = select(dot < 0, with_sign(far, turn), near);
-  // Of a grey and a colour, the mean hue is the colour's; of two greys it is 0.
-  const bool grey = both == 0;
-  x = select(grey, x1 + x2, select(opposite, select(first_is_lower, -b1, -b2), x));
-  y = select(grey, b1 + b2, select(opposite, select(first_is_lower, x1, x2), y));
+  x = select(opposite, select(first_is_lower, -b1, -b2), x);
+  y = select(opposite, select(first_is_lower, x1, x2), y);
+  // Of a grey and a colour the mean hue, the colour's, does not matter: their hues do not differ, dH = 0.
   const double length = std::sqrt(x * x + y * y), per_length = 1 / (length + kTiny);
   const double cos_h = select(length > 0, x * per_length, 1), sin_h = y * per_length;
 
