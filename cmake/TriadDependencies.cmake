@@ -9,6 +9,7 @@ pkg_check_modules(OCIO REQUIRED IMPORTED_TARGET OpenColorIO>=2.1)  # Debian's CM
 pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3)
 pkg_check_modules(FFTWF REQUIRED IMPORTED_TARGET fftw3f)
 find_package(Eigen3 3.4 CONFIG REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(TBB 2021 CONFIG REQUIRED)
 find_package(fmt 9 CONFIG REQUIRED)
 find_package(CLI11 2.1 CONFIG REQUIRED)

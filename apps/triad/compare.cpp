@@ -11,6 +11,7 @@
 #include "compare_pairs.hpp"
 #include "compare_references.hpp"
 #include "options.hpp"
+#include "report.hpp"
 #include "verbs.hpp"
 
 namespace triad::app {
@@ -21,7 +22,7 @@ struct CompareOptions {
   PictureOptions picture;
   MetricOptions metric;
   std::vector<std::string> tests;
-  std::string nan = "fail", sort, table;
+  std::string nan = "fail", sort, table, report;
   size_t top = 20;
   bool skip_missing = false, quiet = false;
 };
@@ -149,6 +150,12 @@ void compare(const CompareOptions& options) {
   paths.insert(paths.end(), {options.metric.json, options.metric.csv});
   check_report_file("--table", options.table, paths);
   paths.push_back(options.table);
+  if (!options.report.empty()) {
+    require_viewer();
+    if (options.report == "-") throw_usage("--report writes a page and the data beside it: name a file, not -");
+    check_report_file("--report", options.report, paths);
+    paths.push_back(options.report);
+  }
   MapFiles maps(options.metric.maps, pairs.size() > 1 || comparison.metrics.size() > 1, pairs.size() > 1);
   std::vector<std::string> labels, main_scores;
   for (const ChainItem& metric : comparison.metrics) {
@@ -171,6 +178,8 @@ void compare(const CompareOptions& options) {
     results.insert(results.end(), picture.results.begin(), picture.results.end());
   const std::vector<Ranking> rankings = rank_pictures(judged, comparison.metrics, main_scores, comparison.sort);
   write_reports(options, comparison, judged, results, rankings, files);
+  if (!options.report.empty() && !results.empty())
+    write_report(comparison_report(results, options.picture.read(), read_reference), options.report);
   g_exit_status = std::max(g_exit_status, report_failures(comparison.thresholds, results));
 }
 
@@ -186,6 +195,10 @@ void add_list_options(CLI::App& verb, CompareOptions& options) {
   verb.add_option("--table", options.table,
                   "Write a line per picture and a column per score as CSV; - for standard output (--csv: a line per "
                   "score)")
+      ->type_name("FILE")
+      ->check(not_empty());
+  verb.add_option("--report", options.report,
+                  "Write an HTML page with the pictures beside their references and all scores; see triad report")
       ->type_name("FILE")
       ->check(not_empty());
   verb.add_flag("--skip-missing", options.skip_missing,
@@ -228,6 +241,7 @@ void setup_compare(CLI::App& app) {
       "  triad compare shot.####.exr --ref truth.####.exr -m error --sort error.rmse --table frames.csv\n"
       "  triad compare new/ --ref approved/ -m error --fail-above error.p95=0.02 --sheet failed/ --quiet\n"
       "  triad compare out.png --ref wide.exr -m display:ppd=40@near -m display:ppd=67@far --json -\n"
+      "  triad compare a.exr b.exr --ref truth.exr -m error --report pictures.html\n"
       "A limit on p95 is a limit on how much of the picture may differ: 5 % may be above it.\n"
       "Exit status: 0 done, 1 a threshold was crossed or pictures hold NaN, 2 usage or input error, 3 internal");
   verb->callback([options] { compare(*options); });

@@ -63,6 +63,7 @@ int run_main(int argc, char** argv) {
   triad::app::setup_compare(app);
   triad::app::setup_convergence(app);
   triad::app::setup_study(app);
+  triad::app::setup_report(app);
   triad::app::setup_render(app);
   triad::app::setup_info(app);
   triad::app::setup_list(app);
@@ -70,7 +71,8 @@ int run_main(int argc, char** argv) {
   triad::app::setup_plugin(app);
   if (argc == 1) {
     std::cerr << "triad: name a verb: "
-              << "run, compare, convergence, render, study, info, list, help or plugin; see triad --help" << std::endl;
+              << "run, compare, convergence, render, study, report, info, list, help or plugin; see triad --help"
+              << std::endl;
     return 2;
   }
   try {

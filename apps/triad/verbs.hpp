@@ -21,5 +21,6 @@ void setup_list(CLI::App& app);
 void setup_help(CLI::App& app);
 void setup_plugin(CLI::App& app);
 void setup_study(CLI::App& app);
+void setup_report(CLI::App& app);
 
 }  // namespace triad::app

@@ -152,7 +152,7 @@ std::vector<bool> pareto_optimal(const StudyPlan& plan, const std::vector<StudyR
 // seeds, its mean and half the width of its 95 % confidence interval instead, times apart. With plan.pareto, a column
 // "best" in which * marks the Pareto-optimal. Below, what the plan compares (study_comparisons.hpp).
 std::string study_table(const StudyPlan& plan, const std::vector<StudyRecord>& records);
-// {"study","title","work","repeats","seeds","fixed":{},"pareto":{"measures":[],"within":[]},
+// {"study","title","work","repeats","seeds","measure":[],"fixed":{},"pareto":{"measures":[],"within":[]},
 // "runs":[{"settings":{},"median":{},"spread":{},"mean":{},"interval95":{},"values":{},"pareto"}],"faster":[],
 // "equal":[],"published":[]}; "seeds" if the plan has them, "pareto" with plan.pareto only, that of a run true or
 // false, "mean" and "interval95" (half its width, over seeds or runs) where there are two values at least, the last

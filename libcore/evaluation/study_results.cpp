@@ -117,6 +117,7 @@ std::string study_to_json(const StudyPlan& plan, const std::vector<StudyRecord>&
   root["work"] = plan.work;
   root["repeats"] = plan.repeats;
   if (plan.seeds > 0) root["seeds"] = plan.seeds;
+  root["measure"] = plan.measure;
   root["fixed"] = object(plan.fixed);
   const std::vector<bool> best = pareto_optimal(plan, records);
   if (!best.empty()) root["pareto"] = {{"measures", plan.pareto}, {"within", plan.within}};
