@@ -27,17 +27,23 @@ struct Sum {
 
 struct ErrorMetric {
   static constexpr tp::Info info{
-      "error", "1.0", "Bias, mean absolute and squared error, largest error and PSNR",
+      "error", "1.1", "Bias, mean absolute and squared error, largest error and PSNR",
       "The difference test - reference, in linear light or in the space that compare --to names, of the three colour "
       "channels, averaged over all pixels (with "
       "a mask: by its weights) and channels. max is the largest absolute difference where the weight is not 0; "
       "max-x, max-y and max-channel (0 red, 1 green, 2 blue) report where it is first met. psnr is "
-      "10 log10(peak^2 / mse). The map is the absolute difference of each channel."};
-  double peak;
+      "10 log10(peak^2 / mse), and peak is reported. share-above is the share of the pixels (with a mask: of their "
+      "weight) of which some channel's absolute difference exceeds tolerance, 0 none to 1 all: idiff -fail and "
+      "-failpercent, or the AE of ImageMagick's compare over the number of pixels. The map is the absolute "
+      "difference "
+      "of each channel."};
+  double peak, tolerance;
 
   static constexpr auto params() {
     return tp::list(tp::number<&ErrorMetric::peak>("peak", "the value that counts as full signal for psnr",
-                                                   {.def = 1, .min = 0, .flags = TRIAD_PARAM_MIN_EXCLUDED}));
+                                                   {.def = 1, .min = 0, .flags = TRIAD_PARAM_MIN_EXCLUDED}),
+                    tp::number<&ErrorMetric::tolerance>("tolerance", "the largest error that share-above lets pass",
+                                                        {.def = 1e-6, .min = 0}));
   }
   static constexpr auto inputs() {
     return tp::list(tp::Input{"test", "the picture to judge", "rgb"},
@@ -50,11 +56,12 @@ struct ErrorMetric {
                     tp::Score{"mse", "mean squared error", nullptr, -1},
                     tp::Score{"rmse", "root of the mean squared error", nullptr, -1},
                     tp::Score{"max", "largest absolute error", nullptr, -1},
-                    tp::Score{"psnr", "peak signal to noise ratio", "dB", 1, TRIAD_SCORE_MAY_BE_INFINITE});
+                    tp::Score{"psnr", "peak signal to noise ratio", "dB", 1, TRIAD_SCORE_MAY_BE_INFINITE},
+                    tp::Score{"share-above", "share of the pixels with an error above tolerance", nullptr, -1});
   }
 
   struct State {
-    Sum weight, bias, absolute, square;
+    Sum weight, bias, absolute, square, above;
     double max;
     int64_t max_x, max_y, max_channel, pixels, nonfinite;
   };
@@ -83,6 +90,7 @@ struct ErrorMetric {
     into.bias.add(from.bias);
     into.absolute.add(from.absolute);
     into.square.add(from.square);
+    into.above.add(from.above);
     if (from.pixels > 0 && (into.pixels == 0 || from.max > into.max)) {
       into.max = from.max;
       into.max_x = from.max_x;
@@ -105,8 +113,10 @@ struct ErrorMetric {
                              mse,
                              std::sqrt(mse),
                              s.max,
-                             10 * std::log10(peak * peak / mse)};
+                             10 * std::log10(peak * peak / mse),
+                             s.above.value() / s.weight.value()};
     std::copy(std::begin(scores), std::end(scores), call.scores.begin());
+    call.report("peak", peak);
     call.report("max-x", static_cast<double>(s.max_x));
     call.report("max-y", static_cast<double>(s.max_y));
     call.report("max-channel", static_cast<double>(s.max_channel));
@@ -122,10 +132,11 @@ struct ErrorMetric {
 
   void add_block(const tp::StripCall& call, int x0, int x1, int y, State& s) const {
     const float *test = call.in(0).at(x0, y), *reference = call.in(1).at(x0, y);
-    double weights = 0, bias = 0, absolute = 0, square = 0;
+    double weights = 0, bias = 0, absolute = 0, square = 0, above = 0;
     for (int x = x0; x < x1; ++x, test += channels_, reference += channels_) {
       const double weight = call.has(2) ? static_cast<double>(*call.in(2).at(x, y)) : 1.0;
       if (!(weight > 0)) continue;
+      bool exceeds = false;
       for (int c = 0; c < channels_; ++c) {
         const double d = static_cast<double>(test[c]) - static_cast<double>(reference[c]), a = std::abs(d);
         if (!std::isfinite(d)) {
@@ -135,6 +146,7 @@ struct ErrorMetric {
         bias += weight * d;
         absolute += weight * a;
         square += weight * d * d;
+        exceeds = exceeds || a > tolerance;
         if ((s.pixels == 0 && c == 0) || a > s.max) {
           s.max = a;
           s.max_x = x;
@@ -143,12 +155,14 @@ struct ErrorMetric {
         }
       }
       weights += weight;
+      if (exceeds) above += weight;
       ++s.pixels;
     }
     s.weight.add(weights);
     s.bias.add(bias);
     s.absolute.add(absolute);
     s.square.add(square);
+    s.above.add(above);
   }
 
   void write_map(const tp::StripCall& call, int y) const {

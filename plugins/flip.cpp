@@ -154,6 +154,7 @@ struct FlipMetric {
     if (!(state.weight.value() > 0)) throw_left_out();
     call.scores[0] = state.error.value() / state.weight.value();
     call.report("hdr", hdr_ ? 1 : 0);
+    if (map == Map::kError) call.report("map-max", 1);
     if (!hdr_) return;
     call.report("start-exposure", static_cast<double>(exposures_.start_stops));
     call.report("stop-exposure", static_cast<double>(exposures_.stop_stops));

@@ -92,6 +92,7 @@ struct MsSsim {
       call.report(("scale-" + std::to_string(k + 1)).c_str(), mean);
     }
     call.scores[0] = state.ms_ssim(count);
+    call.report("map-max", 1);
   }
 
  private:

@@ -63,6 +63,7 @@ struct PuSsim {
   void merge(int, State& into, const State& from) const { into.merge(from); }
   void end_pass(tp::EndCall& call, const State& state) {
     call.scores[0] = similarity::mean_ssim(state, similarity::count_of(channels));
+    call.report("map-max", 1);
   }
 
  private:
