@@ -6,6 +6,9 @@ import type {Format} from "./data";
 export const bytesOf = (format: Format): number => ({u8: 1, f16: 2, f32: 4})[format];
 
 export function fromBase64(text: string): Uint8Array {
+  // Browsers since 2025 have it, ten times as fast.
+  const {fromBase64: native} = Uint8Array as {fromBase64?: (text: string) => Uint8Array};
+  if (native) return native.call(Uint8Array, text.trim());
   const binary = atob(text.trim());
   const bytes = new Uint8Array(binary.length);
   for (let i = 0; i < binary.length; ++i) bytes[i] = binary.charCodeAt(i);

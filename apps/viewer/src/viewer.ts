@@ -151,6 +151,7 @@ export class Viewer {
       if (previews.some((p) => p.note)) {
         this.loaded = new Map(previews.map((p) => [p.index, p]));
         this.draw();
+        this.onChange();
         await new Promise((resolve) => setTimeout(resolve, 50)); // so that it is painted
       }
     }
