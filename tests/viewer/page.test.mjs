@@ -424,6 +424,7 @@ test("compared pictures have a report, too", async () => {
   await open(compared, path.join(folder, "scores.html"));
   assert.equal(await compared.locator("#budget").isVisible(), false, "there is nothing to spend");
   assert.equal(await compared.locator("#runs tbody tr").count(), 2);
+  assert.equal(await compared.locator("#cost h2").textContent(), "Scores");
   await click(compared, "view-one", "zoom-fit", "zoom-800");
   await pointAt(compared, 30, 12, 8);
   assert.match(await compared.locator("#probe p").textContent(), /error 0\.05$/);

@@ -71,6 +71,10 @@ export function buildCost(report: Report, look: (picture: number) => void): Cost
       }).element,
     );
   byId("cost-chart-box").hidden = !hasScatter;
+  if (report.kind === "comparison") {
+    byId("cost-title").textContent = "Scores";
+    byId("knob-title").hidden = true;
+  }
 
   const cost = (value: number): string => (isTime(state.x) ? seconds(value) : number(value));
   const describe = (point: Point): string => {
