@@ -334,6 +334,7 @@ test("the Pareto front has the points that the results have", async () => {
   assert.match(await page.locator("#point").textContent(), /good · rmse 0\.1 .* · seconds 80 ms .* strategy-1/);
   await page.keyboard.press("Enter");
   await settled(page);
+  await frames(page);
   assert.match(await page.locator("#caption").textContent(), /first, good/);
   await page.locator(".legend-line").first().click();
   assert.equal(await page.locator("#cost-chart .points > *").count(), kMethods.length - 1);
