@@ -56,7 +56,9 @@ TEST(ColourMap, RisesEvenlyInLightness) {
     for (size_t i = 0; i < table.size(); ++i) {
       EXPECT_NEAR(lightness(table[i]), low + (high - low) * static_cast<double>(i) / 255, tolerance)
           << colour_map_name(map) << " " << i;
-      if (i >= 4) EXPECT_GT(lightness(table[i]), lightness(table[i - 4])) << colour_map_name(map) << " " << i;
+      if (i >= 4) {
+        EXPECT_GT(lightness(table[i]), lightness(table[i - 4])) << colour_map_name(map) << " " << i;
+      }
     }
   }
 }
