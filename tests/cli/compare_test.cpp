@@ -32,7 +32,8 @@ TEST_F(Compare, ScoresConstantsAsTheyAreByHand) {
   expect_score(result, "rmse", .25);
   expect_score(result, "max", .25);
   expect_score(result, "psnr", 10 * std::log10(1 / .0625));
-  EXPECT_EQ(result["scores"].size(), 6u) << result;
+  expect_score(result, "share-above", 1);
+  EXPECT_EQ(result["scores"].size(), 7u) << result;
 }
 
 TEST_F(Compare, ScoresWhatDiffersInPlaces) {

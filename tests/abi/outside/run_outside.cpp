@@ -9,7 +9,7 @@ namespace {
 
 void run(triad::PluginHost& host, const char* id, const triad::ParamTexts& params, float (&pixels)[6]) {
   triad::StageInstance stage(host.find(id), params);
-  const triad_image image{sizeof(triad_image), 2, 1, 3, -1, 1, 1, 1, {1, 0, 0, 0, 1, 0, 0, 0, 1}, 0};
+  const triad_image image{sizeof(triad_image), 2, 1, 3, -1, 1, 1, 1, {1, 0, 0, 0, 1, 0, 0, 0, 1}, 0, 0, 0};
   stage.plan({&image}, {nullptr});
   float result[6];
   const triad_rect r{0, 0, 2, 1};
