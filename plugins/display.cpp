@@ -29,6 +29,9 @@ struct Display {
       "mode=rows takes each row for itself (Platt 2000) and streams; mode=plane looks at the whole picture, which "
       "takes about 60 bytes of memory a cell, with edge=wrap about half. They agree on pictures that are constant in "
       "y. auto is rows for panels of vertical stripes, plane for any other.\n"
+      "A reference of the test's own size is taken for a picture on the same panel: the error is the difference that "
+      "an eye sees between the two, and ratio, over a pixel average that the reference itself is, is infinite unless "
+      "they look alike.\n"
       "ratio is rmse over that of the pixel average, conventional antialiasing without a limit of samples. fringe is "
       "the share of the error (of its square) in the two colour channels. delta-e and delta-e-p95 are the mean and "
       "the 95th percentile over pixels of S-CIELAB, the panel's light against the render's; in mode=rows each row "
@@ -66,9 +69,10 @@ struct Display {
                                       {.def = kOrigin, .max_count = 2, .unit = "px"}));
   }
   static constexpr auto inputs() {
-    return tp::list(tp::Input{"test", "what the display is given", "rgb", "linear"},
-                    tp::Input{"reference", "the wide render that it should show", "rgb", "linear"},
-                    tp::Input{"mask", "weights of the pixels", "mask", nullptr, TRIAD_INPUT_OPTIONAL});
+    return tp::list(
+        tp::Input{"test", "what the display is given", "rgb", "linear"},
+        tp::Input{"reference", "the wide render that it should show, or a picture of its own size", "rgb", "linear"},
+        tp::Input{"mask", "weights of the pixels", "mask", nullptr, TRIAD_INPUT_OPTIONAL});
   }
   static constexpr auto scores() {
     return tp::list(
@@ -108,13 +112,18 @@ struct Display {
     observer.luminance_nits = luminance;
     width_px_ = test.width;
     height_px_ = test.height;
-    cells_x_ = panel.cells_x;
-    cells_y_ = panel.cells_y;
+    const bool same_panel = reference.width == test.width && reference.height == test.height;
+    cells_x_ = same_panel ? 1 : panel.cells_x;
+    cells_y_ = same_panel ? 1 : panel.cells_y;
+    has_average_ = !same_panel;
     plan_border();
     const triad::PanelTorus::Shape shape{test.width, rows_ ? 1 : test.height, shown_from.x_px, shown_from.y_px, edge,
                                          rows_};
-    measure_ = display_parameters::in_library(
-        [&] { return std::make_unique<triad::DisplayError>(panel, observer, shape, range); });
+    measure_ = display_parameters::in_library([&] {
+      using Target = triad::DisplayError::Target;
+      return std::make_unique<triad::DisplayError>(panel, observer, shape, range,
+                                                   same_panel ? Target::kDrives : Target::kCells);
+    });
     call.report("border", border_x_);
     call.out.channels = 1;
     call.plan.threads = TRIAD_REENTRANT;
@@ -188,9 +197,11 @@ struct Display {
     state.shown.clamped_test_pixels += clamped.test_pixels;
     state.shown.clamped_target_cells += clamped.target_cells;
     call.progress(.25);
-    measure_->pixel_average(target, work.average.data());
-    measure_->picture({work.average.data(), 3 * static_cast<ptrdiff_t>(width_px_)}, target,
-                      work.average_energy.data(), work.error);
+    if (has_average_) {
+      measure_->pixel_average(target, work.average.data());
+      measure_->picture({work.average.data(), 3 * static_cast<ptrdiff_t>(width_px_)}, target,
+                        work.average_energy.data(), work.error);
+    }
     call.progress(.5);
     measure_->delta_e(test, target, work.delta_e.data(), work.perceived);
     const int x0 = std::max(call.r.x0, border_x_), x1 = std::min(call.r.x1, width_px_ - border_x_);
@@ -225,12 +236,20 @@ struct Display {
       throw tp::Error(TRIAD_E_INPUT, "the reference has " + sp::cells_text(reference.cells_x, reference.cells_y) +
                                          " cells a pixel, and layout " + panel.name + " needs " + needed +
                                          "; render it with --cells " + panel.name + " or name its layout");
+    if (reference.width == test.width && reference.height == test.height && reference.cells_x == 1 &&
+        reference.cells_y == 1)
+      return check_primaries(test, reference);
     const int64_t width = int64_t{test.width} * panel.cells_x, height = int64_t{test.height} * panel.cells_y;
     if (width != reference.width || height != reference.height)
       throw tp::Error(TRIAD_E_INPUT, "the test picture is " + display_parameters::size_text(test) +
                                          " and the reference " + display_parameters::size_text(reference) +
                                          "; for layout " + panel.name + " the reference must be a wide render of " +
-                                         std::to_string(width) + "x" + std::to_string(height));
+                                         std::to_string(width) + "x" + std::to_string(height) +
+                                         ", or a picture of the test's own size");
+    check_primaries(test, reference);
+  }
+
+  static void check_primaries(const triad_image& test, const triad_image& reference) {
     for (int i = 0; i < 9; ++i)
       if (!(std::abs(test.rgb_to_xyz[i] - reference.rgb_to_xyz[i]) < 1e-4))
         throw tp::Error(TRIAD_E_INPUT, "test and reference have different primaries; bring them to one colour space");
@@ -250,7 +269,7 @@ struct Display {
                                        " is possible");
   }
 
-  bool rows_ = true;
+  bool rows_ = true, has_average_ = true;
   int border_x_ = 0, border_y_ = 0, width_px_ = 0, height_px_ = 0, cells_x_ = 1, cells_y_ = 1;
   std::unique_ptr<triad::DisplayError> measure_;
 };

@@ -42,9 +42,10 @@ DisplayError::DisplayError(const Layout& layout, const Observer& observer, int w
                    PanelTorus::Shape{.width_px = width_px, .height_px = 1, .edge = edge, .one_row = true}, range) {}
 
 DisplayError::DisplayError(const Layout& layout, const Observer& observer, const PanelTorus::Shape& shape,
-                           Range range)
+                           Range range, Target target)
     : torus_(layout, shape),
       range_(range),
+      target_(target),
       blur_(torus_.width(), torus_.height()),
       scielab_(observer.rgb_to_xyz, scielab_shape(torus_, observer.ppd)),
       opponent_(opponent_matrix(observer)) {
@@ -57,7 +58,8 @@ DisplayError::DisplayError(const Layout& layout, const Observer& observer, const
 
 uint64_t DisplayError::workspace_bytes() const {
   const uint64_t width = static_cast<uint64_t>(width_px());
-  return blur_.workspace_bytes() + 3 * width * static_cast<uint64_t>(height_px()) * sizeof(float) +
+  const uint64_t clamped = target_ == Target::kDrives ? 2 : 1;
+  return blur_.workspace_bytes() + clamped * 3 * width * static_cast<uint64_t>(height_px()) * sizeof(float) +
          width * torus_.rows() * sizeof(double);
 }
 
@@ -86,17 +88,22 @@ PictureView DisplayError::shown(const PictureView& test, std::vector<float>& cla
   return {clamped.data(), static_cast<ptrdiff_t>(3 * width)};
 }
 
-DisplayError::Clamped DisplayError::picture(const PictureView& test, const PictureView& target, double* energy,
-                                            Workspace& work) const {
-  Clamped clamped;
-  const PictureView drives = shown(test, work.clamped_, clamped.test_pixels);
+Light DisplayError::meant(const PictureView& target, std::vector<float>& clamped, int64_t& outside) const {
+  if (target_ == Target::kDrives) return torus_.panel(shown(target, clamped, outside));
   if (range_ == Range::kClip)
     for (int y = 0; y < static_cast<int>(torus_.rows()); ++y) {
       const float* cell = target.row(y);
       for (size_t k = 0; k < torus_.columns(); ++k, cell += 3)
-        clamped.target_cells += !(inside(cell[0]) && inside(cell[1]) && inside(cell[2]));
+        outside += !(inside(cell[0]) && inside(cell[1]) && inside(cell[2]));
     }
-  const Light panel = torus_.panel(drives), meant = torus_.target(target, range_);
+  return torus_.target(target, range_);
+}
+
+DisplayError::Clamped DisplayError::picture(const PictureView& test, const PictureView& target, double* energy,
+                                            Workspace& work) const {
+  Clamped clamped;
+  const PictureView drives = shown(test, work.clamped_, clamped.test_pixels);
+  const Light panel = torus_.panel(drives), meant = this->meant(target, work.clamped_target_, clamped.target_cells);
   for (size_t c = 0; c < 3; ++c) {
     blur_.apply(
         [&](size_t y, double* row) {
@@ -146,7 +153,7 @@ void DisplayError::delta_e(const PictureView& test, const PictureView& target, d
   int64_t outside = 0;
   const PictureView drives = shown(test, work.clamped_, outside);
   scielab_.delta_e(
-      torus_.panel(drives), torus_.target(target, range_),
+      torus_.panel(drives), meant(target, work.clamped_target_, outside),
       [&](size_t y, const double* values) {
         mean_over_cells(torus_, &work.row_sums_[y * static_cast<size_t>(width_px())],
                         [&](size_t k) { return values[k]; });

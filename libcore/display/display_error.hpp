@@ -28,10 +28,16 @@ namespace triad {
 // the process; the same pictures give the same bits for any number of them.
 class DisplayError {
  public:
+  // What `target` is below.
+  enum class Target {
+    kCells,  // a fine picture, the light that an ideal panel would show: cells_x * cells_y cells for each pixel
+    kDrives  // a picture of the test's size that the same panel shows; then equal pictures have no error
+  };
   // Row by row. Throws Error(kUsage): layout without independent rows, observer refused, width outside 1 .. 2^26.
   DisplayError(const Layout& layout, const Observer& observer, int width_px, Edge edge, Range range);
   // What the shape says: in the plane, or row by row for one_row. Throws Error(kUsage): observer or shape refused.
-  DisplayError(const Layout& layout, const Observer& observer, const PanelTorus::Shape& shape, Range range);
+  DisplayError(const Layout& layout, const Observer& observer, const PanelTorus::Shape& shape, Range range,
+               Target target = Target::kCells);
 
   const PanelTorus& torus() const { return torus_; }
   int width_px() const { return torus_.shape().width_px; }
@@ -46,22 +52,24 @@ class DisplayError {
    private:
     friend class DisplayError;
     PlaneBlur::Workspace blur_;
-    std::vector<float> clamped_;        // the test picture
+    std::vector<float> clamped_, clamped_target_;
     std::vector<double> row_energies_;  // [fine row][pixel]
   };
 
   struct Clamped {
-    int64_t test_pixels = 0, target_cells = 0;  // with at least one channel outside [0, 1]; 0 if kUnbounded
+    // With at least one channel outside [0, 1]; 0 if kUnbounded. Of a target of drives: its pixels.
+    int64_t test_pixels = 0, target_cells = 0;
   };
 
-  // test: width_px * height_px RGB pixels; target: the fine picture, cells_x * cells_y times as many.
+  // test: width_px * height_px RGB pixels; target: as many, or for kCells cells_x * cells_y times as many.
   // energy[(y * width_px + x) * 3 + c]: the mean over the pixel's cells of channel c's squared blurred error, never
   // negative; e = sum of energy / pixels.
   Clamped picture(const PictureView& test, const PictureView& target, double* energy, Workspace& workspace) const;
   // The same where pictures are one row high.
   Clamped row(const float* test, const float* target, double* energy, Workspace& workspace) const;
 
-  // What conventional antialiasing would show: each pixel the mean of its own cells, clamped first if kClip.
+  // What conventional antialiasing would show of a target of cells: each pixel the mean of its own, clamped first if
+  // kClip.
   // drives: width_px * height_px RGB pixels, the rows touching.
   void pixel_average(const PictureView& target, float* drives) const;
 
@@ -74,7 +82,7 @@ class DisplayError {
    private:
     friend class DisplayError;
     SCielab::Workspace scielab_;
-    std::vector<float> clamped_;
+    std::vector<float> clamped_, clamped_target_;
     std::vector<double> row_sums_;
   };
   uint64_t perceived_workspace_bytes() const;
@@ -83,9 +91,11 @@ class DisplayError {
 
  private:
   PictureView shown(const PictureView& test, std::vector<float>& clamped, int64_t& outside) const;
+  Light meant(const PictureView& target, std::vector<float>& clamped, int64_t& outside) const;
 
   PanelTorus torus_;
   Range range_;
+  Target target_;
   PlaneBlur blur_;
   SCielab scielab_;
   std::array<double, 9> opponent_;

@@ -307,6 +307,37 @@ TEST(DisplayPlugin, PoolsInsideBorderAndMask) {
   EXPECT_THAT(message_of([&] { run("display", {}, {&test, &wide, &mask}); }), HasSubstr("every pixel is left out"));
 }
 
+TEST(DisplayPlugin, TakesAReferenceOfTheTestsSizeForAPictureOnTheSamePanel) {
+  const int width = 40, height = 6;
+  const Picture test = noise(width, height, 1, 1), other = noise(width, height, 1, 2);
+  // What the panel's stripes send out, as a wide picture of its own: each lights its third of the pixel three times
+  // as brightly.
+  Picture light{header(3 * width, height, 3), std::vector<float>(test.pixels.size() * 3)};
+  for (size_t i = 0; i < other.pixels.size() / 3; ++i)
+    for (size_t d = 0; d < 3; ++d) light.pixels[(3 * i + d) * 3 + d] = 3 * other.pixels[3 * i + d];
+  for (const char* mode : {"rows", "plane"}) {
+    // Wrapped: a mirror image of stripes would have them in another order.
+    const ParamTexts clipped{{"mode", mode}, {"edge", "wrap"}};
+    const ParamTexts unbounded{{"mode", mode}, {"edge", "wrap"}, {"range", "unbounded"}};
+    const auto got = run("display", clipped, {&test, &other, nullptr});
+    const auto expected = run("display", unbounded, {&test, &light, nullptr});
+    EXPECT_NEAR(got.scores[0], expected.scores[0], 1e-7) << mode;
+    EXPECT_NEAR(got.scores[2], expected.scores[2], 1e-6) << mode;
+    EXPECT_NEAR(got.scores[3], expected.scores[3], 1e-4) << mode;
+    EXPECT_TRUE(std::isinf(got.scores[1])) << mode;
+    const auto equal = run("display", clipped, {&test, &test, nullptr});
+    EXPECT_EQ(equal.scores[0], 0) << mode;
+    EXPECT_EQ(equal.scores[1], 1) << mode;
+    EXPECT_EQ(equal.scores[3], 0) << mode;
+  }
+  Picture bright = other;
+  for (float& v : bright.pixels) v = 2 * v;
+  Picture shown = bright;
+  for (float& v : shown.pixels) v = std::min(v, 1.f);
+  EXPECT_EQ(run("display", {}, {&test, &bright, nullptr}).scores,
+            run("display", {}, {&test, &shown, nullptr}).scores);
+}
+
 TEST(DisplayPlugin, RefusesWithAClearLine) {
   const Picture test = noise(40, 4, 1, 1), wide = noise(120, 4, 3, 2), short_one = noise(119, 4, 3, 2);
   Picture other = wide;
@@ -316,7 +347,8 @@ TEST(DisplayPlugin, RefusesWithAClearLine) {
   };
   EXPECT_THAT(error({}, short_one), HasSubstr("test picture is 40x4 and the reference 119x4; for layout rgb the "
                                               "reference must be a wide render of 120x4"));
-  EXPECT_THAT(error({}, test), HasSubstr("40x4 and the reference 40x4"));
+  EXPECT_THAT(error({}, noise(40, 5, 1, 2)), HasSubstr("40x5; for layout rgb the reference must be a wide render of "
+                                                       "120x4, or a picture of the test's own size"));
   EXPECT_THAT(error({{"layout", "qd-oled"}}, wide),
               HasSubstr("reference has 3x1 cells a pixel, and layout qd-oled needs 2x2"));
   EXPECT_THAT(error({{"mode", "rows"}, {"layout", "vrgb"}}, noise(40, 12, 1, 2)),
