@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # demo.sh TRIAD TOP OUT: renders four bundled scenes with Triad and data/scenes/strokes.pov with POV-Ray, makes
-# pictures for a display from them in six ways, and judges each against the wide render that it was made from and
-# against the ground truth. What an earlier run made is used again where nothing that it comes from has changed.
+# pictures for a display from them in six ways, judges each against the wide render that it was made from and against
+# the ground truth, and shows all in a page. What an earlier run made is used again where nothing that it comes from has changed.
 set -euo pipefail
 export LC_ALL=C  # numbers with a point
 
@@ -206,6 +206,15 @@ for scene in "${scenes[@]}"; do
   read_results
 done
 
+# All scenes' pictures beside their ground truths, as a page.
+cd -- "$out"
+for scene in "${scenes[@]}"; do
+  jq --arg folder "$scene/" '.results[] | .test = $folder + .test | .reference = $folder + .reference' \
+    "$scene/truth-wide.json"
+done | jq -s '{results: .}' >report.json
+"$triad" report report.json -o report.html --ref-cells 3x1 >/dev/null
+rm -f -- report.json
+
 about() {
   if [[ $scene == strokes ]]; then
     printf 'bright strokes, thin lines, shapes and letters; rendered by POV-Ray'
@@ -256,4 +265,6 @@ $(jq -s 'map(.rmse) | max' "${truths[@]}" | xargs printf '%.2g') (RMSE of a cell
 
 The pictures are in $out;
 each scene's comparison.png shows two parts of them, enlarged.
+All of them side by side, as a panel's emitters and as an eye sees them, in any browser:
+$out/report.html
 END

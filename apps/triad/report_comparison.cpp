@@ -2,6 +2,7 @@
 // Pictures beside their references as a report.
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -18,6 +19,13 @@ using Json = nlohmann::ordered_json;
 
 void add_once(std::vector<std::string>& names, const std::string& name) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
+// What a test picture is called beside those of other references: without its folder where that is its reference's
+// own, so that pictures made alike are found together.
+std::string name_beside(const std::string& test, const std::string& reference) {
+  const std::filesystem::path file(test);
+  return file.parent_path() == std::filesystem::path(reference).parent_path() ? file.filename().string() : test;
 }
 
 }  // namespace
@@ -47,8 +55,9 @@ ReportData comparison_report(const std::vector<MetricResult>& results, const Rea
         picture.is_reference = true;
         data.pictures.push_back(std::move(picture));
       }
-      StudySettings settings{{"picture", result.test}};
-      if (truths.size() > 1) settings.insert(settings.begin(), {"reference", result.reference});
+      const bool several = truths.size() > 1;
+      StudySettings settings{{"picture", several ? name_beside(result.test, result.reference) : result.test}};
+      if (several) settings.insert(settings.begin(), {"reference", result.reference});
       ReportPicture picture{result.test, result.test, tests};
       picture.reference = reference->second;
       picture.settings = settings;
