@@ -105,6 +105,45 @@ test("means over scenes are geometric, and of what all scenes have", async () =>
   assert.equal(s.pointsOf(data, {source: "one"}, "seconds", "rmse").length, 3);
 });
 
+test("a mean is named for what it is", async () => {
+  const s = await load("statistics");
+  const data = report([
+    ["one", "a", 1, 4, ""],
+    ["two", "a", 4, 1, ""],
+    ["three", "a", 2, 0, ""],
+  ]);
+  assert.equal(s.meanOf(data, [0, 1], ["seconds", "rmse"]), "geometric mean");
+  assert.equal(s.meanOf(data, [0, 1, 2], ["seconds"]), "geometric mean");
+  assert.equal(s.meanOf(data, [0, 1, 2], ["seconds", "rmse"]), "mean", "a zero has no logarithm");
+});
+
+test("a mean's picture is of the scene that is shown", async () => {
+  const s = await load("statistics");
+  const data = report([
+    ["one", "a", 1, 1, ""],
+    ["one", "b", 1, 1, ""],
+    ["two", "a", 1, 1, ""],
+    ["two", "b", 1, 1, ""],
+  ]);
+  data.pictures = data.runs.map((run) => ({settings: run.settings}));
+  data.runs.forEach((run, i) => (run.picture = i));
+  assert.equal(s.pictureOf(data, [1, 3], 2), 3);
+  assert.equal(s.pictureOf(data, [1, 3], 0), 1);
+  assert.equal(s.pictureOf(data, [0], 3), 0, "another, where that scene has none");
+  assert.equal(s.pictureOf(data, [1, 3], -1), 1);
+  data.runs[1].picture = -1;
+  assert.equal(s.pictureOf(data, [1], 0), -1);
+});
+
+test("settings are told with their values in place", async () => {
+  const s = await load("statistics");
+  const whole = {strategy: "grid:spp={frames},x={half}", filter: "f:ppd={ppd}", frames: "15", half: "{frames}"};
+  assert.equal(s.filledSetting({whole}, "strategy"), "grid:spp=15,x=15");
+  assert.equal(s.filledSetting({whole}, "filter"), "", "left out, as nothing says what ppd is");
+  assert.equal(s.filledSetting({whole}, "cells"), "");
+  assert.equal(s.filledSetting({whole: {a: "{b}", b: "{a}"}}, "a"), "", "and a circle has no end");
+});
+
 test("settings that differ in more than their price are several lines", async () => {
   const s = await load("statistics");
   const lines = s.linesOf(
@@ -253,7 +292,7 @@ test("tables sort numbers as numbers, CSV is RFC 4180", async () => {
     [10, 9, -1, NaN],
   );
   const lines = t.toCsv(report([['a"b', "c,d", 1.5, null, ""]])).split("\r\n");
-  assert.equal(lines[0], "source,method,seconds,seconds ±,rmse,rmse ±,pareto,picture");
+  assert.equal(lines[0], "source,method,seconds,seconds ±,rmse,rmse ±,pareto,file");
   assert.equal(lines[1], '"a""b","c,d",1.5,,,0,,');
 });
 
@@ -277,6 +316,7 @@ test("text and controls have the contrast of WCAG AA in both themes", () => {
     .readFileSync(path.join(source, "src/charts.ts"), "utf8")
     .match(/kHues = \[(.*)\]/)[1]
     .match(/#\w{6}/g);
+  assert.equal(new Set(charts).size, 9);
   for (const theme of blocks) {
     for (const [front, back] of [
       ["text", "card"],

@@ -134,11 +134,90 @@ test("the best for a budget, and its picture on a QD-OLED panel", async () => {
   }
   await page.locator("#budget-value").fill("10");
   assert.equal(await page.locator("#winner").count(), 0);
+  for (const text of ["0", "-5", ""]) {
+    await page.locator("#budget-value").fill(text);
+    assert.equal(await page.locator("#winner").count(), 0, `for '${text}'`);
+    assert.match(await page.locator("#answer").textContent(), /Nothing fits\..*above 0, in ms/);
+    assert.equal(await page.locator("#cost-chart .budget-line > *").count(), 0);
+  }
+  // Geometric means of 20 and 30 ms: below the second scene's least.
+  await page.locator("#budget-value").fill("25");
+  assert.equal(await page.locator("#winner").textContent(), "cheap");
+  assert.match(await page.locator("#answer").textContent(), /geometric mean over 2 sources/);
+  assert.match(await page.locator("#answer").textContent(), /onerror.*, taken alone, nothing is within 25 ms/);
   await page.locator("#budget-value").fill("100");
   assert.equal(await page.locator("#budget-layout").inputValue(), "qd-oled");
   await click(page, "look-panel");
   assert.match(await page.locator("#caption").textContent(), /first, good, at 800%/);
   assert.match(await page.locator("#view-notes").textContent(), /Emitters of qd-oled/);
+  assert.match(await page.locator("#view-notes").textContent(), /reference has 3x1 values .* without emitters/);
+  await click(page, "view-error");
+  assert.doesNotMatch(await page.locator("#view-notes").textContent(), /Zoom in/);
+  await click(page, "look");
+  assert.match(await page.locator("#caption").textContent(), /^Side by side: .*first, good, at (?!800%)/);
+  assert.equal(await page.locator("#layout").inputValue(), "");
+});
+
+test("keys work wherever the focus is, but for those that a control has a use for", async () => {
+  await click(page, "view-one", "zoom-fit");
+  await press(page, "1");
+  const caption = () => page.locator("#caption").textContent();
+  const type = async (...keys) => {
+    for (const key of keys) await page.keyboard.press(key);
+    await settled(page);
+    await frames(page);
+  };
+  await page.locator("#exposure").focus();
+  await type("2", "d");
+  assert.match(await caption(), /Difference: first, good/);
+  const exposure = () => page.locator("#exposure").inputValue();
+  await type("ArrowRight");
+  assert.match(await caption(), /first, good/, "the slider's own key");
+  assert.equal(await exposure(), "0.25");
+  await type("ArrowLeft", "+");
+  assert.equal(await exposure(), "0.5");
+  await type("-");
+  await page.locator("#group").focus();
+  await type("3", "s");
+  assert.match(await caption(), /Split: reference of first and first, slow/);
+  assert.equal(await page.locator("#group").inputValue(), "0");
+  await page.locator("#budget-value").focus();
+  await type("1");
+  assert.match(await caption(), /first, slow/, "a number is typed");
+  await page.locator("#budget-value").fill("100");
+  const handle = await page.locator("#handle").boundingBox();
+  await page.mouse.move(handle.x + handle.width / 2, handle.y + 30);
+  await page.mouse.down();
+  await page.mouse.move(handle.x + handle.width / 2 + 40, handle.y + 30);
+  await page.mouse.move(handle.x + handle.width / 2, handle.y + 30);
+  await page.mouse.up();
+  await type("ArrowLeft");
+  assert.match(await caption(), /first, good/, "once the handle was dragged");
+});
+
+test("the wheel scrolls the page, with Ctrl it zooms", async () => {
+  await click(page, "zoom-fit", "zoom-800");
+  await page.evaluate(() => {
+    scrollTo({top: 0, behavior: "instant"});
+    document.getElementById("canvas").scrollIntoView({block: "center", behavior: "instant"});
+  });
+  const top = () => page.evaluate(() => scrollY);
+  const zoom = () => page.locator("#zoom").textContent();
+  const box = await page.locator("#canvas").boundingBox();
+  const before = await top();
+  await page.mouse.move(box.x + 200, box.y + 100);
+  await page.mouse.wheel(0, 60);
+  for (let i = 0; i < 100 && (await top()) === before; ++i) await page.waitForTimeout(20);
+  assert.ok((await top()) > before);
+  assert.equal(await zoom(), "800%");
+  assert.ok(await page.locator("#wheel-hint").isVisible());
+  const scrolled = await top();
+  await page.keyboard.down("Control");
+  await page.mouse.wheel(0, -240);
+  for (let i = 0; i < 100 && (await zoom()) === "800%"; ++i) await page.waitForTimeout(20);
+  await page.keyboard.up("Control");
+  assert.equal(await zoom(), "1600%");
+  assert.equal(await top(), scrolled);
 });
 
 test("the emitters of a QD-OLED pixel are where its layout says", async () => {
@@ -223,8 +302,8 @@ test("side by side, split, reference and arrows", async () => {
   await press(page, "3");
   const left = await placeOf(page, 20, 12, 8);
   const right = await placeOf(page, 28, 12, 8);
-  nearColour(await colourAt(page, left.x + 4, left.y + 4), pictures.slow(20, 12).map(encode), "left of the handle");
-  nearColour(await colourAt(page, right.x + 4, right.y + 4), truth(28, 12).map(encode), "right of it");
+  nearColour(await colourAt(page, left.x + 4, left.y + 4), truth(20, 12).map(encode), "left of the handle");
+  nearColour(await colourAt(page, right.x + 4, right.y + 4), pictures.slow(28, 12).map(encode), "right of it");
   await page.evaluate(() => document.getElementById("canvas").scrollIntoView({block: "center", behavior: "instant"}));
   const handle = await page.locator("#handle").boundingBox();
   await page.mouse.move(handle.x + handle.width / 2, handle.y + 30);
@@ -232,11 +311,7 @@ test("side by side, split, reference and arrows", async () => {
   await page.mouse.move(handle.x + handle.width / 2 + 100, handle.y + 30);
   await page.mouse.up();
   await frames(page);
-  nearColour(
-    await colourAt(page, right.x + 4, right.y + 4),
-    pictures.slow(28, 12).map(encode),
-    "once the handle has passed",
-  );
+  nearColour(await colourAt(page, right.x + 4, right.y + 4), truth(28, 12).map(encode), "once the handle has passed");
   await press(page, "r");
   nearColour(await colourAt(page, left.x + 4, left.y + 4), truth(20, 12).map(encode), "the reference");
   await press(page, "r");
@@ -336,6 +411,20 @@ test("the Pareto front has the points that the results have", async () => {
   await settled(page);
   await frames(page);
   assert.match(await page.locator("#caption").textContent(), /first, good/);
+  // Of a mean, the picture of the scene that is shown.
+  await page.locator("#group").selectOption("1");
+  await page.locator("#choose-source").selectOption("");
+  await page.locator("#cost-chart .points > *").first().focus();
+  assert.match(await page.locator("#point").textContent(), /geometric mean of 2/);
+  await page.locator("#cost-chart .points > *").first().click();
+  await settled(page);
+  await frames(page);
+  assert.match(await page.locator("#caption").textContent(), /onerror.*, cheap/);
+  await page.locator("#group").selectOption("0");
+  await page.mouse.move(0, 0);
+  await page.locator("#cost-chart .points > *").first().focus();
+  await page.locator("#choose-source").selectOption("first");
+  assert.match(await page.locator("#point").textContent(), /Dashed: the Pareto front/, "no point of another chart");
   await page.locator(".legend-line").first().click();
   assert.equal(await page.locator("#cost-chart .points > *").count(), kMethods.length - 1);
   await page.locator(".legend-line").first().click();
@@ -350,7 +439,8 @@ test("the table sorts and is saved as CSV and JSON", async () => {
     page.locator("#runs tbody td:nth-child(4)").evaluateAll((cells) => cells.map((c) => Number(c.dataset.value)));
   await head.click();
   assert.deepEqual(await column(), [0.05, 0.1, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5]);
-  await head.click();
+  // Beside the text: the whole cell is a target.
+  await page.locator("#runs thead th", {hasText: "rmse"}).click({position: {x: 3, y: 3}});
   assert.deepEqual(await column(), [0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.1, 0.05]);
   const save = async (id) => {
     const [download] = await Promise.all([page.waitForEvent("download"), page.locator(`#${id}`).click()]);
@@ -370,10 +460,13 @@ test("the table sorts and is saved as CSV and JSON", async () => {
 test("dark and light by switch", async () => {
   const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   const light = await ground();
+  await click(page, "view-one", "zoom-fit");
   await click(page, "theme");
   assert.equal(await ground(), light, "the system's is light");
   await click(page, "theme");
   assert.equal(await ground(), "rgb(20, 22, 27)");
+  await frames(page);
+  nearColour(await colourAt(page, 2, 2), [14, 16, 20], "the picture's ground");
   await click(page, "theme");
 });
 
@@ -426,6 +519,9 @@ test("compared pictures have a report, too", async () => {
   assert.equal(await compared.locator("#budget").isVisible(), false, "there is nothing to spend");
   assert.equal(await compared.locator("#runs tbody tr").count(), 2);
   assert.equal(await compared.locator("#cost h2").textContent(), "Scores");
+  assert.ok((await compared.locator("nav a").allTextContents()).includes("Scores"));
+  assert.equal(await compared.locator("#group").isVisible(), false, "there is one scene");
+  assert.equal(await compared.locator("#knob-scope").textContent(), "", "nothing is averaged");
   await click(compared, "view-one", "zoom-fit", "zoom-800");
   await pointAt(compared, 30, 12, 8);
   assert.match(await compared.locator("#probe p").textContent(), /error 0\.05$/);
@@ -474,6 +570,7 @@ test("without JavaScript the tables are there", async () => {
   assert.match(await still.locator("#results").innerText(), /one-tailed/);
   assert.ok(await still.locator("noscript").count());
   assert.equal(await still.locator("#pictures").isVisible(), false);
+  assert.deepEqual(await still.locator("nav a:visible").allTextContents(), ["Table"]);
   await bare.close();
 });
 

@@ -2,10 +2,20 @@
 // The first question: what is the best for so much time?
 import {isTime, unitOf, type Report} from "./data";
 import {byId, h, number, seconds, select} from "./dom";
-import {bestFor, firstChoice, firstMeasures, pointsOf, valuesOf, type Choice, type Point} from "./statistics";
+import {
+  bestFor,
+  firstChoice,
+  firstMeasures,
+  meanOf,
+  pictureOf,
+  pointsOf,
+  valuesOf,
+  type Choice,
+  type Point,
+} from "./statistics";
 
 export interface Budget {
-  value: number; // in the measure's unit; NaN where there is nothing to spend or to gain
+  value: number; // in the measure's unit; NaN where there is nothing to spend or to gain, and for what is no budget
   measure: string;
 }
 const kRoundBudget_s = 0.1;
@@ -16,6 +26,7 @@ const cost = (measure: string, value: number): string =>
 export function buildBudget(
   report: Report,
   look: (picture: number, layout: string) => void,
+  shown: () => number, // the picture that is looked at; -1: none
   changed: (budget: Budget) => void,
 ): Budget {
   const section = byId("budget");
@@ -64,7 +75,6 @@ export function buildBudget(
   const averaged = Object.entries(choice)
     .filter(([, value]) => value === "")
     .map(([axis]) => axis);
-  const scope = averaged.map((axis) => `mean over ${valuesOf(report, axis).length} ${axis}s`).join(", ");
   // Where scores of several distances or panels are there, one is chosen.
   const fixed = Object.keys(choice).filter((axis) => choice[axis] !== "" && valuesOf(report, axis).length > 1);
   const chosen = fixed.map(
@@ -82,13 +92,14 @@ export function buildBudget(
       ).element,
   );
 
+  const pictureNow = (point: Point): number => pictureOf(report, point.runs, shown());
   const buttons = (point: Point): HTMLElement[] =>
     point.picture < 0
       ? []
       : [
           h(
             "button",
-            {type: "button", id: "look", class: "primary", click: () => look(point.picture, "")},
+            {type: "button", id: "look", class: "primary", click: () => look(pictureNow(point), "")},
             "Look at its picture",
           ),
           h(
@@ -96,7 +107,7 @@ export function buildBudget(
             {class: "joined"},
             h(
               "button",
-              {type: "button", id: "look-panel", click: () => look(point.picture, panel.value)},
+              {type: "button", id: "look-panel", click: () => look(pictureNow(point), panel.value)},
               "See it on the panel",
             ),
             panel,
@@ -130,7 +141,33 @@ export function buildBudget(
     );
   };
 
+  // Places of which nothing is within the budget, though the means over all are.
+  const placesWithout = (): string[] => {
+    const axis = averaged[0];
+    if (!axis) return [];
+    return valuesOf(report, axis).filter(
+      (value) => !bestFor(pointsOf(report, {...choice, [axis]: value}, x, y), budget.value, higher),
+    );
+  };
+  const scopeOf = (point: Point): string =>
+    averaged.length && point.runs.length > 1
+      ? ` (${meanOf(report, point.runs, [x, y])} over ` +
+        `${averaged.map((axis) => `${valuesOf(report, axis).length} ${axis}s`).join(" and ")})`
+      : "";
+
   const update = (): void => {
+    const isBudget = budget.value > 0;
+    entry.setAttribute("aria-invalid", String(!isBudget));
+    if (!isBudget) {
+      answer.replaceChildren(
+        h("p", {class: "winner"}, "Nothing fits."),
+        h("p", {}, `Enter a budget above 0, in ${isTime(x) ? "ms" : unitOf(x) || x}.`),
+      );
+      places.replaceChildren();
+      changed(budget);
+      return;
+    }
+    const without = placesWithout();
     const best = bestFor(points, budget.value, higher);
     const cheapest = [...points].sort((a, b) => a.x - b.x)[0] as Point;
     answer.replaceChildren(
@@ -146,8 +183,12 @@ export function buildBudget(
               ),
               h("b", {}, `${y} ${number(best.y, 3)}`),
               ` in ${cost(x, best.x)}`,
-              scope ? ` (${scope})` : "",
+              scopeOf(best),
+              ".",
             ),
+            ...(without.length
+              ? [h("p", {}, `For ${without.join(", ")}, taken alone, nothing is within ${cost(x, budget.value)}.`)]
+              : []),
             h("p", {class: "row"}, ...buttons(best)),
           ]
         : [
@@ -160,9 +201,9 @@ export function buildBudget(
     changed(budget);
   };
   entry.addEventListener("input", () => {
-    if (!(entry.valueAsNumber > 0)) return;
-    budget.value = entry.valueAsNumber / scale;
-    slide.value = String(Math.log10(budget.value));
+    const isBudget = entry.valueAsNumber > 0;
+    budget.value = isBudget ? entry.valueAsNumber / scale : NaN;
+    if (isBudget) slide.value = String(Math.log10(budget.value));
     update();
   });
   slide.addEventListener("input", () => {

@@ -7,8 +7,8 @@ import {h, number} from "./dom";
 import type {Bin, Spectrum} from "./analysis";
 import {frontOf, groupLines, type Point} from "./statistics";
 
-// Eight hues that people with any colour vision tell apart, with 3:1 against both backgrounds; with seven shapes, 56.
-const kHues = ["#2b7bc4", "#d1571b", "#1c9270", "#b06bb3", "#a87b0b", "#c8506e", "#6b7f2e", "#7d77d6"];
+// Nine hues that people with any colour vision tell apart, with 3:1 against both backgrounds; with seven shapes, 63.
+const kHues = ["#2b7bc4", "#d6130a", "#13a085", "#ba8b09", "#e400c1", "#8d6058", "#9581ff", "#ff5382", "#9d1bf9"];
 const kShapes = ["circle", "square", "triangle", "diamond", "cross", "star", "wye"];
 
 export interface Style {
@@ -69,6 +69,25 @@ export interface CostChart {
   show(point: Point | null): void;
 }
 
+const kTipWidth = 56; // characters
+
+// The text with its long lines broken after commas and spaces.
+export function broken(text: string): string {
+  return text
+    .split("\n")
+    .map((line) => {
+      let length = 0;
+      return (line.match(/[^, ]*[, ]*/g) ?? [])
+        .map((word) => {
+          const breaks = length > 0 && length + word.trimEnd().length > kTipWidth;
+          length = (breaks ? 2 : length) + word.length;
+          return breaks ? `\n  ${word}` : word;
+        })
+        .join("");
+    })
+    .join("\n");
+}
+
 export function drawCost(chart: CostChart): HTMLElement | SVGElement {
   const points = chart.points.filter((point) => !chart.hidden.has(point.line));
   const areLogs = points.every((p) => p.x > 0 && p.y > 0);
@@ -108,7 +127,16 @@ export function drawCost(chart: CostChart): HTMLElement | SVGElement {
       symbol: (p: Point) => chart.styles.get(p.line)?.shape ?? "circle",
       ariaLabel: (p: Point) => chart.describe(p).replaceAll("\n", ", "),
     }),
-    Plot.tip(points, Plot.pointer({x: "x", y: "y", title: (p: Point) => chart.describe(p), maxRadius: 30})),
+    Plot.tip(
+      points,
+      Plot.pointer({
+        x: "x",
+        y: "y",
+        title: (p: Point) => broken(chart.describe(p)),
+        maxRadius: 30,
+        lineWidth: Infinity,
+      }),
+    ),
   ];
   if (Number.isFinite(chart.budget) && chart.budget > 0)
     marks.unshift(
@@ -127,6 +155,14 @@ export function drawCost(chart: CostChart): HTMLElement | SVGElement {
     marks,
     ariaLabel: `${chart.y} over ${chart.x}, one line for each of ${lines.map((l) => l.name).join(", ")}`,
   });
+  // A click is for the point's picture: it does not pin the tip.
+  figure.addEventListener("pointerdown", (event) => event.stopImmediatePropagation(), {capture: true});
+  figure.addEventListener("click", (event) => {
+    const element = (event.target as Element).closest(".points > *");
+    const index = (element as unknown as {__data__: number} | null)?.__data__;
+    const point = index === undefined ? (figure as {value?: Point | null}).value : points[index];
+    if (point) chart.choose(point);
+  });
   figure.addEventListener("input", () => chart.show((figure as {value?: Point | null}).value ?? null));
   // Points can be reached and chosen by keyboard, too.
   for (const element of figure.querySelectorAll<SVGElement>(".points > *")) {
@@ -134,7 +170,6 @@ export function drawCost(chart: CostChart): HTMLElement | SVGElement {
     if (!point) continue;
     element.setAttribute("tabindex", "0");
     element.setAttribute("role", "button");
-    element.addEventListener("click", () => chart.choose(point));
     element.addEventListener("focus", () => chart.show(point));
     element.addEventListener("keydown", (event) => {
       if (event.key !== "Enter" && event.key !== " ") return;

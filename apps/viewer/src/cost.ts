@@ -7,9 +7,12 @@ import type {Budget} from "./budget";
 import {
   byValue,
   chosenAxes,
+  filledSetting,
   firstChoice,
   firstMeasures,
   groupLines,
+  meanOf,
+  pictureOf,
   pointsOf,
   rivalAxis,
   valuesOf,
@@ -22,7 +25,8 @@ export interface CostSection {
   draw(): void;
 }
 
-export function buildCost(report: Report, look: (picture: number) => void): CostSection {
+// `shown`: the picture that is looked at; -1: none.
+export function buildCost(report: Report, look: (picture: number) => void, shown: () => number): CostSection {
   const choice = firstChoice(report);
   const {x: firstX, y: firstY} = firstMeasures(report);
   const state = {
@@ -50,7 +54,7 @@ export function buildCost(report: Report, look: (picture: number) => void): Cost
   for (const axis of chosenAxes(report)) {
     const values = valuesOf(report, axis);
     if (values.length < 2) continue;
-    const all: [string, string][] = canAverage(axis) ? [["", `all (mean of ${values.length})`]] : [];
+    const all: [string, string][] = canAverage(axis) ? [["", `all (geometric mean of ${values.length})`]] : [];
     bar.append(
       select(`choose-${axis}`, axis, [...all, ...options(values)], choice[axis] ?? "", (value) => {
         choice[axis] = value;
@@ -73,21 +77,22 @@ export function buildCost(report: Report, look: (picture: number) => void): Cost
   byId("cost-chart-box").hidden = !hasScatter;
   if (report.kind === "comparison") {
     byId("cost-title").textContent = "Scores";
+    byId("cost-link").textContent = "Scores";
     byId("knob-title").hidden = true;
   }
 
   const cost = (value: number): string => (isTime(state.x) ? seconds(value) : number(value));
   const describe = (point: Point): string => {
     const run = report.runs[point.runs[0] ?? 0];
-    const settings = ["strategy", "cells", "filter"].map((name) => run?.whole[name]).filter(Boolean);
+    const settings = run ? ["strategy", "cells", "filter"].map((name) => filledSetting(run, name)).filter(Boolean) : [];
     const half = point.high - point.y;
     return [
       point.label,
       `${state.y} ${number(point.y)}${half > 0 ? ` ± ${number(half, 2)}` : ""}`,
       `${state.x} ${cost(point.x)}`,
-      ...(point.runs.length > 1 ? [`mean of ${point.runs.length}`] : []),
+      ...(point.runs.length > 1 ? [`${meanOf(report, point.runs, [state.x, state.y])} of ${point.runs.length}`] : []),
       ...(point.isBest ? ["on the Pareto front"] : []),
-      ...settings.map(String),
+      ...settings,
     ].join("\n");
   };
 
@@ -96,21 +101,26 @@ export function buildCost(report: Report, look: (picture: number) => void): Cost
     if (!hasScatter) return;
     const box = byId("cost-chart");
     const points = pointsOf(report, choice, state.x, state.y);
+    const zeros = [state.y, state.x].filter((_, i) => points.every((p) => (i ? p.x : p.y) === 0));
+    byId("point").textContent = kHint;
+    byId("point").hidden = points.length === 0 || zeros.length > 0;
     box.replaceChildren(
       points.length === 0
         ? h("p", {class: "note"}, "No run has both.")
-        : drawCost({
-            points,
-            hidden,
-            styles,
-            x: state.x,
-            y: state.y,
-            budget: state.budgetMeasure === state.x ? state.budget : NaN,
-            width: widthOf(box),
-            describe,
-            choose: (point) => point.picture >= 0 && look(point.picture),
-            show: (point) => (byId("point").textContent = point ? describe(point).split("\n").join(" · ") : kHint),
-          }),
+        : zeros.length > 0
+          ? h("p", {class: "note"}, `${zeros.join(" and ")}: all zero.`)
+          : drawCost({
+              points,
+              hidden,
+              styles,
+              x: state.x,
+              y: state.y,
+              budget: state.budgetMeasure === state.x ? state.budget : NaN,
+              width: widthOf(box),
+              describe,
+              choose: (point) => look(pictureOf(report, point.runs, shown())),
+              show: (point) => (byId("point").textContent = point ? describe(point).split("\n").join(" · ") : kHint),
+            }),
     );
     byId("cost-legend").replaceChildren(
       ...groupLines(points).map((line) => {
@@ -162,10 +172,18 @@ export function buildCost(report: Report, look: (picture: number) => void): Cost
     const others = Object.entries(choice)
       .filter(([axis, value]) => axis !== state.knob && value)
       .map(([a, v]) => `${a} ${v}`);
-    byId("knob-scope").textContent =
-      `Geometric means over all else${others.length ? `, at ${others.join(", ")}` : ""}.`;
+    const where = others.length ? `at ${others.join(", ")}` : "";
+    const isMean = bars.some((bar) => bar.runs > 1);
+    byId("knob-scope").textContent = isMean
+      ? `Geometric means over all else${where ? `, ${where}` : ""}.`
+      : where && `${where[0]?.toUpperCase()}${where.slice(1)}.`;
+    const say = (text: string): HTMLElement => h("p", {class: "note"}, text);
     box.replaceChildren(
-      bars.length ? drawBars(bars, state.knobMeasure, widthOf(box)) : h("p", {class: "note"}, "No run has it."),
+      bars.length === 0
+        ? say("No run has it.")
+        : bars.every((bar) => bar.mean === 0)
+          ? say(`${state.knobMeasure}: all zero.`)
+          : drawBars(bars, state.knobMeasure, widthOf(box)),
     );
   };
   return {

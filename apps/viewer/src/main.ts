@@ -84,28 +84,33 @@ function start(): void {
   const report = readReport();
   document.body.classList.add("scripted");
   let viewer: Viewer | null = null;
-  const look = (picture: number, layout = ""): void => {
+  const shown = (): number => viewer?.state.a ?? -1;
+  // On a panel, eight times as large; "": as plain pixels, whole; without a layout, as pictures are shown now.
+  const look = (picture: number, layout?: string): void => {
     if (!viewer || picture < 0) return;
+    const {view} = viewer.state;
+    const isOfTwo = view === "difference" || view === "error"; // no picture is seen there
+    if (layout === "") viewer.centre();
     if (layout) viewer.state.zoom = 8;
     viewer.set({
       a: picture,
-      view: viewer.state.view === "side" || layout ? "side" : viewer.state.view,
+      view: layout || (layout === "" && isOfTwo) ? "side" : view,
       swapped: false,
-      ...(layout ? {layout, isSeen: false} : {}),
+      ...(layout === undefined ? {} : {layout, isSeen: false}),
     });
     byId("pictures").scrollIntoView({block: "start"});
     viewer.canvas.focus({preventScroll: true});
   };
   let cost: CostSection | null = null;
-  const budget = buildBudget(report, look, (changed) => cost?.setBudget(changed));
+  const budget = buildBudget(report, look, shown, (changed) => cost?.setBudget(changed));
   if (report.runs.length > 0 && report.measures.length > 0) {
-    cost = buildCost(report, look);
+    cost = buildCost(report, (picture) => look(picture), shown);
     cost.setBudget(budget);
     window.addEventListener("resize", () => cost?.draw());
   } else {
     byId("cost").hidden = true;
   }
-  buildTables(report, look);
+  buildTables(report, (picture) => look(picture));
   if (report.pictures.length > 0) {
     const plain = new URLSearchParams(location.search).has("plain") || location.hash === "#plain";
     viewer = new Viewer(report, byId<HTMLCanvasElement>("canvas"), plain);

@@ -99,6 +99,32 @@ function geometricMean(values: number[]): number {
     : Math.exp(values.reduce((a, b) => a + Math.log(b), 0) / values.length);
 }
 
+// What geometricMean() makes of these runs' measures.
+export function meanOf(report: Report, runs: number[], measures: string[]): string {
+  const isPositive = runs.every((i) => measures.every((name) => (report.runs[i]?.shown[name] ?? 0) > 0));
+  return isPositive ? "geometric mean" : "mean";
+}
+
+// The picture of one of these runs: of the scene that picture `shown` is of, if there is one. -1: they have none.
+export function pictureOf(report: Report, runs: number[], shown: number): number {
+  const now = report.pictures[shown]?.settings;
+  const axes = report.axes.filter((axis) => axis !== rivalAxis(report) && !report.along.includes(axis));
+  const pictures = runs.map((i) => report.runs[i]?.picture ?? -1).filter((picture) => picture >= 0);
+  const same = pictures.find((picture) => {
+    const settings = report.pictures[picture]?.settings;
+    return now && settings && axes.every((axis) => now[axis] === settings[axis]);
+  });
+  return same ?? pictures[0] ?? -1;
+}
+
+// A run's setting with what its {places} stand for; "" if one of them stands for nothing.
+export function filledSetting(run: Run, name: string): string {
+  let text = run.whole[name] ?? "";
+  for (let depth = 0; depth < 4 && text.includes("{"); ++depth)
+    text = text.replace(/\{([\w-]+)\}/g, (place, key: string) => run.whole[key] ?? place);
+  return text.includes("{") ? "" : text;
+}
+
 // The points of a chart: one for each combination of the axes that are not averaged over. Left out: runs without both
 // measures, and settings that lack a scene that others have, as their mean would be of other scenes.
 export function pointsOf(report: Report, choice: Choice, xName: string, yName: string): Point[] {
@@ -186,7 +212,7 @@ export function byValue(
   choice: Choice,
   axis: string,
   measure: string,
-): {value: string; mean: number}[] {
+): {value: string; mean: number; runs: number}[] {
   return valuesOf(report, axis)
     .map((value) => {
       const numbers = report.runs
@@ -195,7 +221,7 @@ export function byValue(
         )
         .map((run) => run.shown[measure])
         .filter(present);
-      return {value, mean: numbers.length ? geometricMean(numbers) : NaN};
+      return {value, mean: numbers.length ? geometricMean(numbers) : NaN, runs: numbers.length};
     })
     .filter((bar) => Number.isFinite(bar.mean));
 }

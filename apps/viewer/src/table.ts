@@ -7,7 +7,7 @@ import {byId, h} from "./dom";
 export function toCsv(report: Report): string {
   const quote = (text: string): string => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
   const cell = (value: number | null | undefined): string => (typeof value === "number" ? String(value) : "");
-  const head = [...report.axes, ...report.measures.flatMap((name) => [name, `${name} ±`]), "pareto", "picture"];
+  const head = [...report.axes, ...report.measures.flatMap((name) => [name, `${name} ±`]), "pareto", "file"];
   const rows = report.runs.map((run) => [
     ...report.axes.map((axis) => run.settings[axis] ?? ""),
     ...report.measures.flatMap((name) => [cell(run.shown[name]), cell(run.around[name])]),
@@ -47,26 +47,27 @@ function makeSortable(table: HTMLTableElement): void {
   const heads = [...(table.tHead?.rows[0]?.cells ?? [])];
   heads.forEach((head, column) => {
     const text = head.textContent ?? "";
-    head.replaceChildren(
-      h(
-        "button",
-        {
-          type: "button",
-          class: "sort",
-          title: `Sort by ${text}`,
-          click: () => {
-            const down = head.getAttribute("aria-sort") === "ascending";
-            for (const other of heads) other.removeAttribute("aria-sort");
-            head.setAttribute("aria-sort", down ? "descending" : "ascending");
-            const rows = [...(body?.rows ?? [])];
-            rows.sort((a, b) => compareKeys(keyOf(a, column), keyOf(b, column), down ? -1 : 1));
-            body?.append(...rows);
-          },
-        },
-        text,
-      ),
-    );
+    head.title = `Sort by ${text}`;
+    head.replaceChildren(h("button", {type: "button", class: "sort"}, text));
+    // The button's clicks come here as well.
+    head.addEventListener("click", () => {
+      const down = head.getAttribute("aria-sort") === "ascending";
+      for (const other of heads) other.removeAttribute("aria-sort");
+      head.setAttribute("aria-sort", down ? "descending" : "ascending");
+      const rows = [...(body?.rows ?? [])];
+      rows.sort((a, b) => compareKeys(keyOf(a, column), keyOf(b, column), down ? -1 : 1));
+      body?.append(...rows);
+    });
   });
+}
+
+// Says so above a table that is wider than the page.
+function hintAtWidth(): void {
+  for (const box of document.querySelectorAll<HTMLElement>(".scroll")) {
+    const hint = h("p", {class: "note wide-hint", hidden: true}, "More columns to the right: scroll sideways →");
+    box.before(hint);
+    new ResizeObserver(() => (hint.hidden = box.scrollWidth <= box.clientWidth + 1)).observe(box);
+  }
 }
 
 export function buildTables(report: Report, look: (picture: number) => void): void {
@@ -82,6 +83,7 @@ export function buildTables(report: Report, look: (picture: number) => void): vo
       );
     }
   }
+  hintAtWidth();
   byId("downloads").append(
     h(
       "button",

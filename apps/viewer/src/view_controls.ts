@@ -2,13 +2,13 @@
 // Buttons, sliders and the strip of pictures around the view.
 import {byId, h, number, select} from "./dom";
 import {kEmitterZoom, kMagma} from "./frame";
-import {distanceCm, groupsOf, rivalName, type View} from "./view_state";
+import {distanceCm, groupsOf, picturesShown, rivalName, type View} from "./view_state";
 import type {Viewer} from "./viewer";
 
 const kViews: [View, string, string][] = [
   ["one", "One", "One picture at a time"],
   ["side", "Side by side", "Reference, picture and what is pinned beside each other"],
-  ["split", "Split", "The picture left of the handle, the other right of it"],
+  ["split", "Split", "The reference left of the handle, the picture right of it"],
   ["difference", "Difference", "Picture minus the other, grey where they agree"],
   ["error", "Error map", "Mean absolute difference of the channels, in colours"],
 ];
@@ -98,6 +98,7 @@ export function buildControls(viewer: Viewer): () => void {
     button("zoom-100", "1:1", "A pixel for a pixel", () => viewer.zoomTo(1)),
     button("zoom-800", "8:1", "Eight times", () => viewer.zoomTo(8)),
   );
+  group.element.hidden = groups.length < 2;
   byId("view-bar").replaceChildren(group.element, beside.element, views, flicker, pin, zooms);
 
   const exposure = slider("exposure", "Exposure", {min: -8, max: 8, step: 0.25}, (value) =>
@@ -215,21 +216,31 @@ export function buildControls(viewer: Viewer): () => void {
         `Emitters of ${panel.layout.name} (${panel.layout.summary}); light divided by ${number(panel.brightest, 3)}, ` +
           `the brightest that an emitter gets: raise the exposure to undo it.`,
       );
+    else if (panel && !state.isSeen && (state.view === "difference" || state.view === "error"))
+      notes.push("Differences are of the pictures' pixels, without the panel's emitters.");
     else if (panel && !state.isSeen)
       notes.push(
         `Zoom in to ${kEmitterZoom * 100}% or more to see the emitters of ${panel.layout.name}: ` +
           `${panel.layout.summary}.`,
       );
+    if (viewer.areEmittersShown) {
+      const wide = picturesShown(state).find((i) => report.pictures[i]?.cells.some((n) => n > 1));
+      if (wide !== undefined)
+        notes.push(
+          `The ${rivalName(report, wide)} has ${report.pictures[wide]?.cells.join("x")} values for a pixel: it is ` +
+            `light already, so it is shown as plain pixels, without emitters.`,
+        );
+    }
     if (state.isSeen) {
       const on = panel ? `on a panel with the layout ${panel.layout.name}` : "on a panel without subpixels";
       notes.push(
-        `What an eye sees ${on}, ${state.ppd} pixels per degree away ` +
+        `What an eye sees ${on}, ${number(state.ppd)} pixels per degree away ` +
           `(${number(distanceCm(state.ppd), 3)} cm from a screen of 96 dpi).`,
       );
     }
     if ((state.layout || state.isSeen) && report.ppd)
       notes.push(
-        `The scores of this report belong to ${report.ppd} pixels per degree` +
+        `The scores of this report belong to ${number(report.ppd)} pixels per degree` +
           `${report.layout ? ` on ${report.layout}` : ""}, whatever is chosen here.`,
       );
     byId("view-notes").textContent = notes.join(" ");
@@ -262,7 +273,7 @@ export function buildControls(viewer: Viewer): () => void {
     scale.set(Math.log10(state.errorMost), number(state.errorMost, 3));
     layout.box.value = state.layout;
     seen.checked = state.isSeen;
-    ppd.set(Math.log10(state.ppd), `${state.ppd} ppd`);
+    ppd.set(Math.log10(state.ppd), `${number(state.ppd, 3)} ppd`);
     byId("zoom").textContent = `${number(viewer.zoom * 100, 3)}%`;
     byId("caption").textContent = viewer.describe();
     viewer.canvas.setAttribute("aria-label", viewer.describe());

@@ -24,9 +24,19 @@ export function listen(viewer: Viewer): void {
     viewer.pointTo(here.x, here.y);
   });
   for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => (last = null));
-  canvas.addEventListener(
+  // The wheel alone scrolls the page, which would end here otherwise.
+  const hint = byId("wheel-hint");
+  let fades = 0;
+  byId("stage").addEventListener(
     "wheel",
     (event) => {
+      if (!event.ctrlKey && !event.metaKey) {
+        hint.hidden = false;
+        clearTimeout(fades);
+        fades = window.setTimeout(() => (hint.hidden = true), 1200);
+        return;
+      }
+      hint.hidden = true;
       event.preventDefault();
       const here = at(event);
       viewer.zoomTo(viewer.zoom * 2 ** (-event.deltaY / 240), here.x, here.y);
@@ -47,6 +57,8 @@ export function listen(viewer: Viewer): void {
     const box = canvas.getBoundingClientRect();
     slide((event.clientX - box.left) / box.width);
   });
+  // Who drags it has not come for its keys.
+  handle.addEventListener("pointerup", () => canvas.focus({preventScroll: true}));
   handle.addEventListener("keydown", (event) => {
     const step = {ArrowLeft: -0.02, ArrowRight: 0.02}[event.key];
     if (step === undefined) return;
@@ -58,9 +70,18 @@ export function listen(viewer: Viewer): void {
   document.addEventListener("keydown", (event) => {
     const target = event.target as HTMLElement;
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (target.closest("input, select, textarea, svg, [contenteditable]")) return;
+    if (isKeyOf(target, event.key)) return;
     if (press(viewer, event.key, event.shiftKey)) event.preventDefault();
   });
+}
+
+// Whether the element has its own use for the key.
+function isKeyOf(element: HTMLElement, key: string): boolean {
+  const moves = /^(Arrow|Page|Home|End)/.test(key);
+  const control = element.closest("input, select, textarea, .scroll, [contenteditable]");
+  if (!control) return false;
+  if (control.matches("select, .scroll, input[type=range]")) return moves;
+  return !control.matches("input[type=checkbox]");
 }
 
 // Whether the key means something here.

@@ -59,6 +59,7 @@ export function picturesShown(state: ViewState): number[] {
   const {a, b} = state;
   if (state.view === "one") return [state.swapped ? b : a];
   if (state.view === "side") return [...new Set([b, a, ...state.pinned])].filter((i) => i >= 0);
+  if (state.view === "split") return [b, a];
   return [a, b];
 }
 

@@ -62,6 +62,7 @@ export class Viewer {
     this.centre();
     this.painter = (plain ? null : makeGlPainter(canvas)) ?? makeCpuPainter(canvas);
     new ResizeObserver(() => this.draw()).observe(canvas);
+    window.addEventListener("resize", () => this.draw()); // the theme's switch sends it, too
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
   }
 
