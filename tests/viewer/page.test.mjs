@@ -425,6 +425,12 @@ test("the Pareto front has the points that the results have", async () => {
   await page.locator("#cost-chart .points > *").first().focus();
   await page.locator("#choose-source").selectOption("first");
   assert.match(await page.locator("#point").textContent(), /Dashed: the Pareto front/, "no point of another chart");
+  await page.locator("#measure-y").selectOption("dropped");
+  await page.locator("#knob-measure").selectOption("dropped");
+  for (const chart of ["cost", "knob"])
+    assert.equal(await page.locator(`#${chart}-chart`).textContent(), "dropped: all zero.");
+  await page.locator("#measure-y").selectOption("rmse");
+  await page.locator("#knob-measure").selectOption("rmse");
   await page.locator(".legend-line").first().click();
   assert.equal(await page.locator("#cost-chart .points > *").count(), kMethods.length - 1);
   await page.locator(".legend-line").first().click();

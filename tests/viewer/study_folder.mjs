@@ -43,14 +43,14 @@ export function makeStudy(folder, evil) {
   kSources.forEach((source, s) =>
     kMethods.forEach((method, m) => {
       const [seconds, rmse, pareto] = kResults[s][m];
-      const some = (value) => ({seconds: value, rmse, psnr: null});
+      const some = (value) => ({seconds: value, rmse, psnr: null, dropped: 0});
       runs.push({
         settings: {source, method},
         median: some(seconds),
-        spread: {seconds: 0.001, rmse: 0, psnr: null},
+        spread: {seconds: 0.001, rmse: 0, psnr: null, dropped: 0},
         mean: some(seconds),
-        interval95: {seconds: 0.002, rmse: 0.01, psnr: null},
-        values: {seconds: [seconds, seconds], rmse: [rmse, rmse], psnr: [null, null]},
+        interval95: {seconds: 0.002, rmse: 0.01, psnr: null, dropped: 0},
+        values: {seconds: [seconds, seconds], rmse: [rmse, rmse], psnr: [null, null], dropped: [0, 0]},
         pareto,
       });
       wholes.push({

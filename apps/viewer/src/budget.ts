@@ -177,10 +177,7 @@ export function buildBudget(
             h(
               "p",
               {},
-              `${higher ? "highest" : "least"} error of the ${points.length} compared: `.replace(
-                "highest error",
-                "highest score",
-              ),
+              `${higher ? "Highest score" : "Least error"} of the ${points.length} compared: `,
               h("b", {}, `${y} ${number(best.y, 3)}`),
               ` in ${cost(x, best.x)}`,
               scopeOf(best),
