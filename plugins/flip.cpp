@@ -237,8 +237,12 @@ struct FlipMetric {
       median = FloatRank::value(median_.bin, FloatRank::find({counts(state), FloatRank::kBins}, median_.rank).bin);
       above_zero(median, "median", "start= and stop=");
     }
-    exposures_ = in_library(
-        [&] { return triad::flip_exposures(tone_mapper, start_, stop_, count, median, start_ ? 1 : largest_); });
+    try {
+      exposures_ = in_library(
+          [&] { return triad::flip_exposures(tone_mapper, start_, stop_, count, median, start_ ? 1 : largest_); });
+    } catch (const tp::Error& error) {  // what does not go with this picture may go with the next
+      throw tp::Error(TRIAD_E_INPUT, error.what());
+    }
     set_exposures();
   }
 

@@ -206,12 +206,12 @@ struct ZTest {
       break;
     }
     if (variance == Variance::kAuto && !own)
-      throw tp::Error(TRIAD_E_PARAM,
+      throw tp::Error(TRIAD_E_INPUT,
                       "nothing tells whether the variance is that of a pixel's mean or of one sample; say "
                       "variance=mean or variance=sample");
     of_mean_ = variance != Variance::kSample;
     if (spp <= 0 && told <= 0)
-      throw tp::Error(TRIAD_E_PARAM, "the test picture does not tell its samples per pixel; say spp=N");
+      throw tp::Error(TRIAD_E_INPUT, "the test picture does not tell its samples per pixel; say spp=N");
     samples_ = spp > 0 ? spp : told;
     if (samples_ < 2)
       throw tp::Error(TRIAD_E_INPUT, "the test picture has " + short_text(samples_) + " samples per pixel" +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // triad compare TEST... --ref REF -m METRIC...
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <map>
 #include <triad/base/error.hpp>
@@ -128,14 +129,16 @@ std::vector<JudgedPicture> judge_all(const std::vector<ComparePair>& pairs, Comp
 
 void write_reports(const CompareOptions& options, const Comparison& comparison,
                    const std::vector<JudgedPicture>& judged, const std::vector<MetricResult>& results,
-                   const std::vector<Ranking>& rankings, const std::vector<ShownFile>& files) {
+                   const std::vector<Ranking>& rankings, const std::vector<ShownFile>& files,
+                   const ReadOptions& read_reference) {
   const MetricOptions& metric = options.metric;
   const bool alone = judged.size() == 1 && judged[0].sequence.empty();
   if (!options.quiet && metric.json != "-" && metric.csv != "-" && options.table != "-")
     std::cout << (alone ? results_to_table(results, comparison.pooled)
                         : ranking_to_table(judged, rankings, {options.top, comparison.pooled, comparison.thresholds}))
               << std::flush;
-  if (!metric.json.empty()) write_text_file(metric.json, ranking_to_json(judged, rankings, files));
+  if (!metric.json.empty())
+    write_text_file(metric.json, ranking_to_json(judged, rankings, files, {options.picture.read(), read_reference}));
   if (!metric.csv.empty()) write_text_file(metric.csv, results_to_csv(results));
   if (!options.table.empty()) write_text_file(options.table, pictures_to_csv(judged));
 }
@@ -145,6 +148,8 @@ void compare(const CompareOptions& options) {
   const std::vector<ComparePair> pairs =
       pair_pictures(options.tests, options.metric.references[0], options.skip_missing);
 
+  // CLI11's ranges let not-a-number pass.
+  if (std::isnan(options.metric.maps.exposure_ev)) throw_usage("--exposure: a number of stops is needed, not nan");
   std::vector<std::string> paths = inputs_of(pairs, options);
   options.metric.check_outputs(paths);
   paths.insert(paths.end(), {options.metric.json, options.metric.csv});
@@ -177,10 +182,11 @@ void compare(const CompareOptions& options) {
   for (const JudgedPicture& picture : judged)
     results.insert(results.end(), picture.results.begin(), picture.results.end());
   const std::vector<Ranking> rankings = rank_pictures(judged, comparison.metrics, main_scores, comparison.sort);
-  write_reports(options, comparison, judged, results, rankings, files);
-  if (!options.report.empty() && !results.empty())
-    write_report(comparison_report(results, options.picture.read(), read_reference), options.report);
+  write_reports(options, comparison, judged, results, rankings, files, read_reference);
   g_exit_status = std::max(g_exit_status, report_failures(comparison.thresholds, results));
+  if (!options.report.empty() && !results.empty())
+    write_report(comparison_report(results, options.picture.read(), read_reference), comparison.colours,
+                 options.report);
 }
 
 void add_list_options(CLI::App& verb, CompareOptions& options) {

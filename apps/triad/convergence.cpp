@@ -85,9 +85,10 @@ std::string choose_score(const std::string& asked, const ChainItem& metric, Plug
   return name;
 }
 
-bool is_squared(const std::string& asked, const std::string& score) {
+bool is_squared(const std::string& asked, const std::string& metric, const std::string& score) {
   if (asked == "squared" || asked == "root") return asked == "squared";
   if (asked != "auto") throw_usage("--score-is '" + asked + "' is none of 'auto', 'squared' and 'root'");
+  if (metric.starts_with("relmse")) return true;
   return score.find("mse") != std::string::npos && score.find("rmse") == std::string::npos;
 }
 
@@ -122,7 +123,8 @@ void judge(const ConvergenceOptions& options, const ChainItem& metric, Convergen
   request.metric_nan = parse_nan(options.nan, {"fail", "ignore", "zero"});
   request.metric_space = options.picture.to;
   ReadOptions read_reference = options.picture.read_reference();
-  if (read_reference.channels.empty()) read_reference.channels = options.picture.read().channels;
+  if (read_reference.channels.empty() && read_reference.layer.empty())
+    read_reference.channels = options.picture.read().channels;
   double count = 0, done = 0;
   for (const Series& one : findings.series) count += static_cast<double>(one.pictures.size());
   Progress progress("convergence");
@@ -259,13 +261,22 @@ void check_thresholds(const std::vector<NumberThreshold>& thresholds, const std:
 
 int failed_thresholds(const std::vector<NumberThreshold>& thresholds, const ConvergenceFindings& findings) {
   int status = 0;
-  for (const NumberThreshold& threshold : thresholds)
-    for (const auto& [name, value] : convergence_numbers(findings, threshold.name))
+  for (const NumberThreshold& threshold : thresholds) {
+    const auto numbers = convergence_numbers(findings, threshold.name);
+    // One for each series, or for each beside the first; what could not be told keeps no limit.
+    const size_t due = findings.series.size() - (threshold.name.ends_with("-ratio") ? 1 : 0);
+    if (numbers.size() < due) {
+      std::cerr << "triad: " << threshold.option << " '" << threshold.text << "': " << threshold.name
+                << (numbers.empty() ? " cannot be told of these pictures\n" : " cannot be told of all series\n");
+      status = 1;
+    }
+    for (const auto& [name, value] : numbers)
       if (!(threshold.above ? value <= threshold.value : value >= threshold.value)) {
         std::cerr << "triad: " << printable(name) << ": " << threshold.name << " is " << format_double(value)
                   << (threshold.above ? ", above " : ", below ") << format_double(threshold.value) << "\n";
         status = 1;
       }
+  }
   return status;
 }
 
@@ -278,7 +289,7 @@ void convergence(ConvergenceOptions options) {
   findings.metric = metric.id;
   findings.label = metric.label;
   findings.score = choose_score(options.score, metric, host);
-  findings.squared = is_squared(options.score_is, findings.score);
+  findings.squared = is_squared(options.score_is, metric.id, findings.score);
   findings.rate = parse_rate(options.rate);
   parse_nan(options.nan, {"fail", "ignore", "zero"});
 

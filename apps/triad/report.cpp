@@ -40,7 +40,12 @@ void report_results(const ReportOptions& options) {
       is_file ? read_comparison_report(options.results, tests, references) : read_study_report(options.results);
   const fs::path beside = is_file ? fs::path(results).replace_extension(".html") : results / "report.html";
   const std::string path = options.output.empty() ? beside.string() : options.output;
-  write_report(data, path, kEmbeds.at(options.embed));
+  std::vector<std::string> inputs{options.results};
+  if (!is_file)
+    for (const char* name : {"results.json", "plan.json", "table.txt"}) inputs.push_back((results / name).string());
+  for (const ReportPicture& picture : data.pictures) inputs.push_back(picture.path);
+  check_report_file("-o", path, inputs);
+  write_report(data, ColourConfig::load(), path, kEmbeds.at(options.embed));
   std::cout << path << std::endl;
 }
 

@@ -71,7 +71,8 @@ void require_viewer();
 // out/report.html has out/report_data. The same data and files give the same bytes. Reads all pictures, on all
 // threads; they are all in memory, packed. Throws Error(kUsage) without a viewer, Error(kInput) for files that cannot
 // be read or written.
-void write_report(const ReportData& data, const std::string& path, ReportEmbed embed = ReportEmbed::kAuto);
+void write_report(const ReportData& data, const ColourConfig& colours, const std::string& path,
+                  ReportEmbed embed = ReportEmbed::kAuto);
 
 // The results in a study's folder. Throws Error(kInput) if it has none that are finished, or they cannot be read.
 ReportData read_study_report(const std::string& folder);
@@ -81,7 +82,8 @@ ReportData read_study_report(const std::string& folder);
 ReportData comparison_report(const std::vector<MetricResult>& results, const ReadOptions& tests,
                              const ReadOptions& references);
 // The same from the file that `triad compare --json` wrote; pictures are looked for where it says that they are.
-// Throws Error(kInput) for another file.
-ReportData read_comparison_report(const std::string& path, const ReadOptions& tests, const ReadOptions& references);
+// They are read as that file says they were; cells that are given here come first. Throws Error(kInput) for another
+// file.
+ReportData read_comparison_report(const std::string& path, ReadOptions tests, ReadOptions references);
 
 }  // namespace triad::app

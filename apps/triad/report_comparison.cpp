@@ -28,6 +28,16 @@ std::string name_beside(const std::string& test, const std::string& reference) {
   return file.parent_path() == std::filesystem::path(reference).parent_path() ? file.filename().string() : test;
 }
 
+// As ranking_to_json() writes it.
+void read_as(ReadOptions& options, const Json& said) {
+  options.part = said.value("part", options.part);
+  options.layer = said.value("layer", options.layer);
+  options.channels = said.value("channels", options.channels);
+  options.colour_space = said.value("space", options.colour_space);
+  if (!options.cells && said.contains("cells"))
+    options.cells = parse_cells(said["cells"].get<std::string>(), "cells");
+}
+
 }  // namespace
 
 ReportData comparison_report(const std::vector<MetricResult>& results, const ReadOptions& tests,
@@ -80,7 +90,7 @@ ReportData comparison_report(const std::vector<MetricResult>& results, const Rea
   return data;
 }
 
-ReportData read_comparison_report(const std::string& path, const ReadOptions& tests, const ReadOptions& references) {
+ReportData read_comparison_report(const std::string& path, ReadOptions tests, ReadOptions references) {
   const Json json = Json::parse(read_text_file(path), nullptr, false);
   const std::string what =
       "'" + path + "': a report is made of what triad compare --json wrote, or of a study's folder";
@@ -88,6 +98,10 @@ ReportData read_comparison_report(const std::string& path, const ReadOptions& te
     throw_input(what);
   std::vector<MetricResult> results;
   try {
+    if (json.contains("reading")) {
+      read_as(tests, json["reading"].at("test"));
+      read_as(references, json["reading"].at("reference"));
+    }
     for (const Json& one : json["results"]) {
       MetricResult& result = results.emplace_back();
       result.test = one.at("test").get<std::string>();

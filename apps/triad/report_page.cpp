@@ -279,10 +279,9 @@ void require_viewer() {
         "Node.js 18 or later, and npm)");
 }
 
-void write_report(const ReportData& data, const std::string& path, ReportEmbed embed) {
+void write_report(const ReportData& data, const ColourConfig& colours, const std::string& path, ReportEmbed embed) {
   require_viewer();
   check_text_file(path);
-  const ColourConfig colours = ColourConfig::load();
   std::vector<Packed> packed(data.pictures.size());
   parallel_for(static_cast<int64_t>(packed.size()), [&](int64_t i) {
     const auto index = static_cast<size_t>(i);

@@ -9,6 +9,7 @@
 #include <set>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
+#include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/evaluation/study_comparisons.hpp>
 #include <triad/evaluation/study_folder.hpp>
@@ -165,6 +166,9 @@ void add_pictures(const std::string& folder, ReportData& data) {
     const auto number = parse_int(name.substr(0, name.find('-')));
     if (name.ends_with(".exr") && number && *number >= 0) found.emplace(static_cast<size_t>(*number), entry.path());
   }
+  if (!found.empty() && found.size() < data.runs.size())
+    warn("'" + folder + "' has pictures of " + std::to_string(found.size()) + " of its " +
+         std::to_string(data.runs.size()) + " settings; triad study with the same plan and folder makes them anew");
   const References references(folder);
   const std::string plan = (fs::path(folder) / "plan.json").string();
   std::map<std::string, int> numbers;  // of references, by path
@@ -255,9 +259,8 @@ ReportData read_study_report(const std::string& folder) {
                 "compare --json wrote");
   try {
     return read_results(folder);
-  } catch (const nlohmann::json::exception& wrong) {
-    throw_input("'" + folder + "': results.json or plan.json is not as a study writes it (" + wrong.what() +
-                "); run the study again");
+  } catch (const nlohmann::json::exception&) {
+    throw_input("'" + folder + "': results.json or plan.json is not as a study writes it; run the study again");
   }
 }
 

@@ -90,8 +90,12 @@ struct ShownFile {
 // "sequences":[{"sequence","label","score","frames":[{"frame","test","value"}] worst first,"mean":{}}],
 // "failed":[{"test","reference","error"}] and
 // "files":[{"kind","test","label","file","colour-map","scales":{LABEL:{"low","high"}}}],
-// each of the last three only where there is something to say.
+// and "reading":{"test":{"part","layer","channels","space","cells"},"reference":{}}, how the pictures were read where
+// that was asked for; each of the last four only where there is something to say.
+struct HowRead {
+  ReadOptions tests{}, references{};
+};
 std::string ranking_to_json(const std::vector<JudgedPicture>& pictures, const std::vector<Ranking>& rankings,
-                            const std::vector<ShownFile>& files);
+                            const std::vector<ShownFile>& files, const HowRead& how = {});
 
 }  // namespace triad

@@ -242,12 +242,28 @@ std::string pictures_to_csv(const std::vector<JudgedPicture>& pictures) {
   return text;
 }
 
+namespace {
+
+Json reading(const ReadOptions& options) {
+  Json said = Json::object();
+  if (!options.part.empty()) said["part"] = options.part;
+  if (!options.layer.empty()) said["layer"] = options.layer;
+  if (!options.channels.empty()) said["channels"] = options.channels;
+  if (!options.colour_space.empty()) said["space"] = options.colour_space;
+  if (options.cells) said["cells"] = std::to_string(options.cells->x) + "x" + std::to_string(options.cells->y);
+  return said;
+}
+
+}  // namespace
+
 std::string ranking_to_json(const std::vector<JudgedPicture>& pictures, const std::vector<Ranking>& rankings,
-                            const std::vector<ShownFile>& files) {
+                            const std::vector<ShownFile>& files, const HowRead& how) {
   std::vector<MetricResult> results;
   for (const JudgedPicture& picture : pictures)
     results.insert(results.end(), picture.results.begin(), picture.results.end());
   Json root = Json::parse(results_to_json(results));
+  const Json test = reading(how.tests), reference = reading(how.references);
+  if (!test.empty() || !reference.empty()) root["reading"] = {{"test", test}, {"reference", reference}};
   root["ranking"] = Json::array();
   Json sequences = Json::array(), failed = Json::array(), shown_files = Json::array();
   for (const Ranking& ranking : rankings) {

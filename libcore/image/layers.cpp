@@ -65,6 +65,10 @@ const Layer& find_layer(const std::string& path, const std::vector<Layer>& layer
     if (names.size() > 1)
       throw_input("'" + path + "' has several layers '" + wanted + "': '" + join(names, "', '") +
                   "'; name one in full");
+    const auto [first, last] = std::minmax_element(found.begin(), found.end(),
+                                                   [](const Layer& a, const Layer& b) { return a.part < b.part; });
+    if (found.size() > 1 && first->part != last->part)
+      throw_input("'" + path + "' has the layer '" + names[0] + "' in several parts; choose one of them with --part");
     if (!names.empty())
       return *std::find_if(layers.begin(), layers.end(), [&](const Layer& layer) { return fits(layer, how); });
   }

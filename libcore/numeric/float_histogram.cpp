@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kPackedShift = 40;
 constexpr uint64_t kPackedLow = (uint64_t{1} << kPackedShift) - 1;
-constexpr size_t kMostPacked = size_t{1} << 24;  // values of which neither half overflows
+constexpr size_t kMostPacked = (size_t{1} << 24) - 1;  // values of which neither half overflows
 constexpr size_t kLeastBin = kLeastKey >> 16,
                  kLargestBin = kLargestKey >> 16;  // of the infinities, and of them alone
 

@@ -71,6 +71,7 @@ struct Run::Impl::Execution {
   std::vector<std::unique_ptr<Pooling>> poolings;  // per metric, or none
   StageState state;                                // of a filter's pass
   std::vector<StageState> metric_states;
+  std::vector<bool> failed;  // metrics, over values that are not finite
   std::vector<NonFinite> nonfinite_of_references;
   NonFinite nonfinite_of_test, nonfinite_of_variance, input_nonfinite;
   std::vector<std::unique_ptr<std::atomic<int64_t>>> filter_ns;
@@ -84,6 +85,13 @@ struct Run::Impl::Execution {
   int64_t tokens_done = 0, tokens_total = 0;
   RunResult result;
 };
+
+NonFinite Run::Impl::nonfinite_of(const MetricNode& metric, const Execution& run) {
+  NonFinite found = run.nonfinite_of_test;
+  found += run.nonfinite_of_references[metric.reference];
+  if (metric.variance_input >= 0) found += run.nonfinite_of_variance;
+  return found;
+}
 
 void Run::Impl::run_drive(const Drive& drive, Execution& run) {
   TokenPlanner planner(*this, drive);
@@ -193,7 +201,7 @@ void Run::Impl::run_drive(const Drive& drive, Execution& run) {
   const auto run_metric = [&](Token& token, size_t m) {
     MetricNode& metric = *metrics[m];
     const TokenPlan& plan = *token.plan;
-    if (plan.metrics[m].empty()) return;
+    if (plan.metrics[m].empty() || run.failed[m]) return;
     const Stopwatch watch(metric.nanoseconds);
     // Both are copied before values are replaced: other metrics look at the same strips.
     const StripBuffer& reference_rows = token.references[metric.reference];
@@ -476,6 +484,7 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
     run.map_writers.push_back(metric->map_path.empty() ? nullptr : open_map_writer(*metric));
   for (const auto& metric : metrics) run.poolings.push_back(metric->pools() ? make_pooling(*metric) : nullptr);
   run.metric_states.resize(metrics.size());
+  run.failed.resize(metrics.size());
   run.nonfinite_of_references.resize(references.size());
   run.replaced.resize(filters.size());
   for (size_t i = 0; i < filters.size(); ++i) run.filter_ns.push_back(std::make_unique<std::atomic<int64_t>>(0));
@@ -486,7 +495,13 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
     run_drive(drive, run);
     if (drive.sink != Sink::kFinal) continue;
     for (size_t m = 0; m < metrics.size(); ++m) {
-      if (drive.pass >= metrics[m]->plan.plan.passes) continue;
+      if (drive.pass >= metrics[m]->plan.plan.passes || run.failed[m]) continue;
+      // What a metric would say of pictures whose bad values count as 0 is not what is wrong with them.
+      run.failed[m] = request.metric_nan == NanPolicy::kFail && nonfinite_of(*metrics[m], run).total() > 0;
+      if (run.failed[m]) {
+        if (drive.pass + 1 < metrics[m]->plan.plan.passes && run.map_writers[m]) run.map_writers[m].reset();
+        continue;
+      }
       const Stopwatch watch(metrics[m]->nanoseconds);
       scores[m] = metrics[m]->instance.end_pass(drive.pass, run.metric_states[m].data());
     }
@@ -513,10 +528,8 @@ RunResult Run::Impl::execute(const std::function<void(double)>& progress) {
     made.metric = metric.instance.info().id();
     made.label = metric.label;
     made.parameters = metric.instance.parameters();
-    made.nonfinite = run.nonfinite_of_test;
-    made.nonfinite += run.nonfinite_of_references[metric.reference];
-    if (metric.variance_input >= 0) made.nonfinite += run.nonfinite_of_variance;
-    made.nonfinite_failed = made.nonfinite.total() && request.metric_nan == NanPolicy::kFail;
+    made.nonfinite = nonfinite_of(metric, run);
+    made.nonfinite_failed = run.failed[m];
     const triad_desc& desc = *metric.instance.info().desc;
     if (!made.nonfinite_failed)
       for (uint32_t s = 0; s < desc.n_scores; ++s) {

@@ -42,7 +42,7 @@ template <uint32_t kLanes, class Put>
 TRIAD_INLINE_BODY inline void place_lanes(SobolOwenSeeds seeds, uint32_t first, int32_t pixel_x, int32_t pixel_y,
                                           size_t count, const Put& put) {
   std::array<double, kLanes> x, y;
-  if (first + kLanes <= SobolStarts::kCount) {
+  if (first <= SobolStarts::kCount - kLanes) {
     const uint32_t *const start_x = &kSobolStarts.x[first], *const start_y = &kSobolStarts.y[first];
     for (uint32_t i = 0; i < kLanes; ++i) {
       x[i] = place_in(pixel_x, reverse_bits(owen_scramble_rest(start_x[i], seeds.x)));

@@ -115,6 +115,14 @@ TEST(Layers, AcrossParts) {
   EXPECT_THAT(error_of(folder / "a.exr", "a.key", "albedo"), HasSubstr("has no layer 'a.key'"));
 }
 
+TEST(Layers, OfOneNameInSeveralParts) {
+  const Folder folder;
+  save_parts(folder / "a.exr", {{"left", {"diffuse.R", "diffuse.G", "diffuse.B"}},
+                                {"right", {"diffuse.R", "diffuse.G", "diffuse.B"}}});
+  EXPECT_THAT(error_of(folder / "a.exr", "diffuse"), HasSubstr("in several parts; choose one of them with --part"));
+  EXPECT_THAT(read(folder / "a.exr", "diffuse", "right").values, ElementsAre(100, 101, 102));
+}
+
 TEST(Layers, OfAFileWithoutAny) {
   const Folder folder;
   save_parts(folder / "a.exr", {{"", {"R", "G", "B"}}});

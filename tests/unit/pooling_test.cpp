@@ -295,6 +295,15 @@ TEST(Pooling, SumsAreExact) {
   EXPECT_EQ(sum.value(), 0x1p60 + 0x1p8);
 }
 
+TEST(Pooling, ManyValuesOfOneBinAreCounted) {
+  const std::vector<uint32_t> keys((size_t{1} << 24) + 5, float_key(.75f) + 3);
+  FloatBins bins;
+  bins.add(keys.data(), keys.size(), keys[0], keys[0]);
+  FloatHistogram histogram;
+  histogram.merge(bins);
+  EXPECT_EQ(histogram.total(), keys.size());
+}
+
 TEST(Pooling, AMeanOfABillionValuesKeepsTwelveDigits) {
   // 1000 values, a million times over, the largest weight on each: as many as no test has the time to write down.
   FloatBins bins;

@@ -88,8 +88,10 @@ test("the same results give the same bytes, and calls that cannot work one line"
   ]) {
     const {status, stderr} = triad(...words);
     assert.equal(status, 2, stderr);
-    assert.equal(stderr.trim().split("\n").length, 1, stderr);
-    assert.match(stderr, what);
+    // This study's folder has no pictures of some settings, which is warned of before anything is written.
+    const lines = stderr.trim().split("\n").filter((line) => !/warning: .* has pictures of 5 of its 8 settings/.test(line));
+    assert.equal(lines.length, 1, stderr);
+    assert.match(lines[0], what);
   }
 });
 
