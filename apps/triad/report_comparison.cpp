@@ -44,11 +44,8 @@ ReportData comparison_report(const std::vector<MetricResult>& results, const Rea
                              const ReadOptions& references) {
   ReportData data;
   data.kind = "comparison";
-  std::set<std::string> labels, truths;
-  for (const MetricResult& result : results) {
-    labels.insert(result.label);
-    truths.insert(result.reference);
-  }
+  std::set<std::string> truths;
+  for (const MetricResult& result : results) truths.insert(result.reference);
   data.title = truths.size() == 1 ? "Pictures beside " + *truths.begin() : "Pictures beside their references";
   if (truths.size() > 1) data.axes.push_back("reference");
   data.axes.push_back("picture");
@@ -77,7 +74,7 @@ ReportData comparison_report(const std::vector<MetricResult>& results, const Rea
       data.runs.push_back(std::move(one));
     }
     for (const MetricResult::Score& score : result.scores) {
-      const std::string name = labels.size() > 1 ? result.label + "." + score.name : score.name;
+      const std::string name = result.label + "." + score.name;
       data.runs[run->second].shown[name] = score.value;
       add_once(data.measures, name);
       if (score.better > 0) add_once(data.higher_is_better, name);

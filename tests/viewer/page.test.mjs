@@ -533,7 +533,7 @@ test("compared pictures have a report, too", async () => {
   await click(compared, "view-one", "zoom-fit", "zoom-800");
   await pointAt(compared, 30, 12, 8);
   assert.match(await compared.locator("#probe p").textContent(), /error 0\.05$/);
-  const column = (await compared.locator("#runs thead th").allTextContents()).indexOf("rmse") + 1;
+  const column = (await compared.locator("#runs thead th").allTextContents()).indexOf("error.rmse") + 1;
   near(
     Number(await compared.locator(`#runs tbody tr:first-child td:nth-child(${column})`).getAttribute("data-value")),
     0.05,
