@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <triad/base/error.hpp>
+#include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/pipeline/run_impl.hpp>
 
@@ -159,6 +160,17 @@ void Run::Impl::add_metrics(PluginHost& host) {
       references.push_back({asked.reference.path, open_source(asked.reference, colours)});
     const ImageSpec& reference = references[node->reference].source->spec();
 
+    // Numbers beside light would give a score that means nothing.
+    const auto is_colour = [&](const ImageSpec& spec) {
+      return spec.colour_channels > 0 && !spec.colour_space.empty() && !colours.is_data(spec.colour_space);
+    };
+    if (is_colour(test) != is_colour(reference)) {
+      const auto holds = [&](const ImageSpec& spec) {
+        return is_colour(spec) ? "colour (" + spec.colour_space + ")" : std::string("values that are no colour");
+      };
+      warn("'" + request.input.path + "' holds " + holds(test) + " and '" + asked.reference.path + "' " +
+           holds(reference) + ": they are compared as they are; --from and --ref-from say what they hold");
+    }
     std::vector<triad_image> images(desc.n_inputs);
     std::vector<const triad_image*> given(desc.n_inputs, nullptr);
     std::vector<const Metadata*> metadata(desc.n_inputs, nullptr);
@@ -231,7 +243,8 @@ void Run::Impl::add_map(MetricNode& node, const MetricRequest& asked) const {
   const ImageSpec& test = level(levels());
   const std::string& id = node.instance.info().id();
   const int channels = node.plan.out.channels;
-  if (!node.map_path.empty() && channels == 0) throw_usage("'" + id + "' makes no error map; leave --map and --sheet out");
+  if (!node.map_path.empty() && channels == 0)
+    throw_usage("'" + id + "' makes no error map; leave --map and --sheet out");
   triad_rect pool = node.plan.plan.pool;
   if (const auto& crop = request.crop)
     pool = {std::max(pool.x0, crop->x), std::max(pool.y0, crop->y), std::min(pool.x1, crop->x + crop->width),
