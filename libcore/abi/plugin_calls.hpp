@@ -139,7 +139,9 @@ class PlanCall : public Call {
   }
 
   // Whether input i is display codes rather than linear light. Hosts before 1.2 do not say: then no.
-  bool display_codes(int i) const { return TRIAD_HAS(&in(i), triad_image, display_codes) && in(i).display_codes != 0; }
+  bool display_codes(int i) const {
+    return TRIAD_HAS(&in(i), triad_image, display_codes) && in(i).display_codes != 0;
+  }
   const int inputs;
   triad_image& out;
   triad_plan& plan;

@@ -128,7 +128,14 @@ StageInstance::Plan StageInstance::plan(const std::vector<const triad_image*>& i
     result.out.channels = 0;
     result.out.alpha = -1;
   }
-  result.plan = {sizeof(triad_plan), TRIAD_SERIAL, TRIAD_EDGE_CLAMP, 1, 0, TRIAD_NONFINITE_KEEP, 0, 0,
+  result.plan = {sizeof(triad_plan),
+                 TRIAD_SERIAL,
+                 TRIAD_EDGE_CLAMP,
+                 1,
+                 0,
+                 TRIAD_NONFINITE_KEEP,
+                 0,
+                 0,
                  {0, 0, inputs[0]->width, inputs[0]->height}};
   if (metadata[0]) result.metadata = *metadata[0];
   {

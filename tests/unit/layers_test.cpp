@@ -117,8 +117,8 @@ TEST(Layers, AcrossParts) {
 
 TEST(Layers, OfOneNameInSeveralParts) {
   const Folder folder;
-  save_parts(folder / "a.exr", {{"left", {"diffuse.R", "diffuse.G", "diffuse.B"}},
-                                {"right", {"diffuse.R", "diffuse.G", "diffuse.B"}}});
+  save_parts(folder / "a.exr",
+             {{"left", {"diffuse.R", "diffuse.G", "diffuse.B"}}, {"right", {"diffuse.R", "diffuse.G", "diffuse.B"}}});
   EXPECT_THAT(error_of(folder / "a.exr", "diffuse"), HasSubstr("in several parts; choose one of them with --part"));
   EXPECT_THAT(read(folder / "a.exr", "diffuse", "right").values, ElementsAre(100, 101, 102));
 }
