@@ -27,6 +27,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr size_t kFewPixels = 256;  // the relative error of a mean of 3 x 256 squared normals is 5%
 
 typedef int32_t FourInts __attribute__((vector_size(16)));
+typedef float FourFloats __attribute__((vector_size(16)));
 typedef double Four __attribute__((vector_size(32)));
 typedef int32_t EightInts __attribute__((vector_size(32)));
 typedef float EightFloats __attribute__((vector_size(32)));
@@ -154,8 +155,9 @@ bool Film::add_one(One& one, const Sample& sample) {
 
 // Compensated sums of the three colours side by side, with the error of each addition by Knuth's TwoSum: that of
 // Neumaier's branch, as both are exact. Samples of even and of odd place in the run have sums of their own, which
-// wait for each other half as long, and are added at its end. False, and nothing was added, if a sample is not valid
-// or not finite.
+// wait for each other half as long, and are added at its end. The first sample of all counts as a run of its own, so
+// that it does not matter whether the others came along with it. False, and nothing was added, if a sample is not
+// valid or not finite.
 template <bool kHalves>
 TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const SampleRequest> requests,
                                             std::span<const Sample> samples) {
@@ -180,7 +182,23 @@ TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const Sample
   // The three colours in one load; what follows them is no number.
   static_assert(offsetof(Sample, rgb) == 0 && sizeof(Sample) >= sizeof(FourInts));
   const size_t n = samples.size();
-  for (size_t i = 0; i < n; i += 2) {
+  size_t begin = 0;
+  if (n > 1 && colour.count + colour.left_out == 0) {  // nothing is lost of a sum with 0
+    FourInts bits;
+    std::memcpy(&bits, &samples[0], sizeof(bits));
+    valid = samples[0].valid;
+    bits &= FourInts{-1, -1, -1, 0};
+    FourFloats rgb;
+    std::memcpy(&rgb, &bits, sizeof(rgb));
+    sum = __builtin_shufflevector(kNothing + __builtin_convertvector(rgb, Four), kNothing, 0, 1, 2, 3, 4, 5, 6, 7);
+    if constexpr (kHalves) {
+      const double in = sobol_half(requests[0].index);
+      half = sum * in;
+      in_half = static_cast<uint32_t>(in);
+    }
+    begin = 1;
+  }
+  for (size_t i = begin; i < n; i += 2) {
     FourInts even_bits, odd_bits{};
     std::memcpy(&even_bits, &samples[i], sizeof(even_bits));
     valid &= samples[i].valid;
@@ -238,6 +256,7 @@ TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requ
     const size_t p = pixel(x, y);
     uint32_t count = colour_[p].count;
     if (!add_run<kHalves>(p, requests.subspan(first, past - first), samples.subspan(first, past - first))) {
+      if (past > first + 1 && count + colour_[p].left_out == 0) past = first + 1;  // as add_run() would have it
       add_one_by_one(requests, samples, first, past, left_out);
     } else if constexpr (kMore) {
       for (size_t i = first; i < past; ++i) add_planes(p, ++count, samples[i]);

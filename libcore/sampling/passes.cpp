@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -127,24 +128,62 @@ bool Passes::run(int64_t groups, const std::function<void(int64_t, Queue&)>& fil
   return !taker_.stopped() && !reached;
 }
 
+struct Passes::Tiles {
+  int width, height, side;
+  int64_t columns, count;
+  explicit Tiles(const Passes& passes)
+      : width(passes.film().width()),
+        height(passes.film().height()),
+        side(std::max(1, passes.taker_.options().tile_px)),
+        columns((int64_t{width} + side - 1) / side),
+        count(columns * ((int64_t{height} + side - 1) / side)) {}
+  // row(x0, x1, y) for each of a tile's rows from the top, until it says false.
+  template <class Row>
+  void each_row(int64_t tile, const Row& row) const {
+    const int x0 = static_cast<int>(tile % columns) * side, y0 = static_cast<int>(tile / columns) * side;
+    const int x1 = x0 + std::min(side, width - x0), y1 = y0 + std::min(side, height - y0);
+    for (int y = y0; y < y1; ++y)
+      if (!row(x0, x1, y)) return;
+  }
+};
+
 bool Passes::run_all(uint32_t first, uint32_t past, bool estimate) {
-  const int tile = std::max(1, taker_.options().tile_px), width = film().width(), height = film().height();
-  const int64_t columns = (int64_t{width} + tile - 1) / tile, rows = (int64_t{height} + tile - 1) / tile;
+  const Tiles tiles(*this);
   return run(
-      columns * rows,
-      [&](int64_t t, Queue& queue) {
-        const int x0 = static_cast<int>(t % columns) * tile, y0 = static_cast<int>(t / columns) * tile;
-        const int x1 = x0 + std::min(tile, width - x0), y1 = y0 + std::min(tile, height - y0);
-        for (int y = y0; y < y1; ++y)
-          if (!queue.add_row(x0, x1, y, first, past)) return;
+      tiles.count,
+      [&](int64_t tile, Queue& queue) {
+        tiles.each_row(tile, [&](int x0, int x1, int y) { return queue.add_row(x0, x1, y, first, past); });
       },
       estimate);
 }
 
 void Passes::run_all_in_turn(uint32_t spp) {
-  const auto next = [spp](uint32_t last) { return std::min(spp, std::max(last * 2, kSecondPass)); };
-  for (uint32_t first = 0, last = 1; first < spp; first = last, last = next(last))
-    if (!run_all(first, last)) return;
+  using Clock = std::chrono::steady_clock;
+  const Tiles tiles(*this);
+  const uint32_t second = std::min(spp, kSecondPass);
+  std::vector<int> rows_at_once(static_cast<size_t>(tiles.count));  // of each tile, from its top
+  std::atomic<bool> all_at_once = true;
+  const Clock::time_point start = Clock::now();
+  const std::chrono::duration<double> soon(taker_.options().soon_s);
+  bool goes_on = run(tiles.count, [&](int64_t tile, Queue& queue) {
+    int& rows = rows_at_once[static_cast<size_t>(tile)];
+    bool in_time = true;
+    tiles.each_row(tile, [&](int x0, int x1, int y) {
+      in_time = in_time && Clock::now() - start < soon;
+      rows += in_time;
+      return queue.add_row(x0, x1, y, 0, in_time ? second : 1);
+    });
+    if (!in_time) all_at_once = false;
+  });
+  if (goes_on && !all_at_once && second > 1)
+    goes_on = run(tiles.count, [&](int64_t tile, Queue& queue) {
+      int rows = rows_at_once[static_cast<size_t>(tile)];
+      tiles.each_row(tile, [&](int x0, int x1, int y) { return rows-- > 0 || queue.add_row(x0, x1, y, 1, second); });
+    });
+  for (uint32_t first = second, past; goes_on && first < spp; first = past) {
+    past = std::min(spp, first * 2);
+    goes_on = run_all(first, past);
+  }
 }
 
 }  // namespace triad

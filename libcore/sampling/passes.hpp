@@ -50,7 +50,8 @@ class Passes {
   bool run_all(uint32_t first, uint32_t past, bool estimate = true);
 
   // All passes of spp samples in each pixel: to 1 of each, 16, 32, 64 and so on, so that there is soon something to
-  // see, and no pass is so small that walking through the film costs more than its samples.
+  // see, and no pass is so small that walking through the film costs more than its samples. While options.soon_s have
+  // not gone by, a row of a tile takes its samples to 16 at once; if all do, that was the first pass.
   void run_all_in_turn(uint32_t spp);
 
   const Film& film() const { return taker_.film(); }
@@ -62,6 +63,7 @@ class Passes {
 
  private:
   class QueueInUse;
+  struct Tiles;
 
   SampleTaker taker_;
   const float footprint_px_;

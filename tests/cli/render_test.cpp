@@ -234,7 +234,7 @@ TEST_F(Render, SaysHowItWasMade) {
   EXPECT_GT(record["seconds"]["render"], 0);
   EXPECT_GT(record["rmse"], 0);
   EXPECT_EQ(record["complete"], true);
-  EXPECT_EQ(record["passes"].size(), 3u);  // to 1, 16, 32
+  EXPECT_EQ(record["passes"].size(), 2u);  // to 16, 32
   const Picture picture = load(path("a.exr"));
   EXPECT_EQ(picture.text.at("triad:scene"), "lit.glb");
   EXPECT_EQ(picture.text.at("triad:camera"), "low");

@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstring>
 #include <numbers>
 #include <set>
+#include <thread>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/analytic.hpp>
@@ -149,6 +152,7 @@ TEST(Strategy, SameBitsForAnyThreadsAndTiles) {
       for (const int tile : {1, 5, 32, 1000}) {
         set_thread_limit(threads);
         options.tile_px = tile;
+        options.soon_s = tile == 5 ? 0 : 1e9;
         const RenderResult result = render(text, source, options);
         const Image image = result.image();
         if (first.empty()) first = image.pixels, dropped = result.dropped;
@@ -158,6 +162,52 @@ TEST(Strategy, SameBitsForAnyThreadsAndTiles) {
       }
   }
   set_thread_limit(0);
+}
+
+TEST(Strategy, AQuickSourceIsSpared) {
+  constexpr int kWidth = 40, kHeight = 30, kSlowRow = 20;
+  constexpr uint64_t kPixels = kWidth * kHeight;
+  std::atomic<bool> slept = false;
+  const FunctionSource source(kWidth, kHeight, [&](const SampleRequest& r) {
+    if (r.pixel_y == kSlowRow && !slept.exchange(true)) std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    const SampleRandom random(r.pixel_x, r.pixel_y, r.index, r.seed);
+    Sample sample = grey(std::exp(30 * random.uniform(20)));
+    sample.valid = random.uniform(21) < .97f;
+    return sample;
+  });
+  const auto passes = [](const RenderResult& result) {
+    std::vector<uint64_t> samples;
+    for (const PassRecord& pass : result.passes) samples.push_back(pass.samples);
+    return samples;
+  };
+  RenderOptions options;
+  options.tile_px = 1000;
+  for (const bool halves : {false, true}) {
+    options.planes.error = halves;
+    options.soon_s = 0;
+    const RenderResult one_first = render("sobol-owen:spp=40", source, options);
+    EXPECT_THAT(passes(one_first), testing::ElementsAre(kPixels, 15 * kPixels, 16 * kPixels, 8 * kPixels));
+    options.soon_s = 1e9;
+    const RenderResult at_once = render("sobol-owen:spp=40", source, options);
+    EXPECT_THAT(passes(at_once), testing::ElementsAre(16 * kPixels, 16 * kPixels, 8 * kPixels));
+    options.soon_s = .05;
+    slept = false;
+    const RenderResult changed = render("sobol-owen:spp=40", source, options);
+    EXPECT_EQ(changed.passes.size(), 4u);
+    EXPECT_LT(changed.passes[0].samples, 16 * kPixels);
+    EXPECT_EQ(changed.passes[0].samples + changed.passes[1].samples, 16 * kPixels);
+    for (const RenderResult* other : {&at_once, &changed}) {
+      EXPECT_EQ(other->dropped, one_first.dropped);
+      for (size_t p = 0; p < kPixels; ++p) {
+        const Film &got = other->film, &expected = one_first.film;
+        ASSERT_EQ(got.count(p), expected.count(p)) << p;
+        ASSERT_EQ(got.mean(p), expected.mean(p)) << p;
+        if (!halves) continue;
+        ASSERT_EQ(got.half_count(p), expected.half_count(p)) << p;
+        ASSERT_EQ(got.half_mean(p), expected.half_mean(p)) << p;
+      }
+    }
+  }
 }
 
 TEST(Strategy, SeedsDifferAndRepeat) {
