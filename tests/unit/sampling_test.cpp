@@ -171,7 +171,9 @@ TEST(Strategy, AQuickSourceIsSpared) {
   const FunctionSource source(kWidth, kHeight, [&](const SampleRequest& r) {
     if (r.pixel_y == kSlowRow && !slept.exchange(true)) std::this_thread::sleep_for(std::chrono::milliseconds(60));
     const SampleRandom random(r.pixel_x, r.pixel_y, r.index, r.seed);
-    Sample sample = grey(std::exp(30 * random.uniform(20)));
+    // Large numbers that cancel: what is left has been through the compensations, and its last bit shows their order.
+    const float small = random.uniform(20) * (random.uniform(22) < .5f ? 1 : 0x1p31f);
+    Sample sample = grey(r.index % 3 != 1 ? small : r.index % 6 > 1 ? -1e30 : 1e30);
     sample.valid = random.uniform(21) < .97f;
     return sample;
   });
@@ -185,14 +187,14 @@ TEST(Strategy, AQuickSourceIsSpared) {
   for (const bool halves : {false, true}) {
     options.planes.error = halves;
     options.soon_s = 0;
-    const RenderResult one_first = render("sobol-owen:spp=40", source, options);
-    EXPECT_THAT(passes(one_first), testing::ElementsAre(kPixels, 15 * kPixels, 16 * kPixels, 8 * kPixels));
+    const RenderResult one_first = render("sobol-owen:spp=42", source, options);
+    EXPECT_THAT(passes(one_first), testing::ElementsAre(kPixels, 15 * kPixels, 16 * kPixels, 10 * kPixels));
     options.soon_s = 1e9;
-    const RenderResult at_once = render("sobol-owen:spp=40", source, options);
-    EXPECT_THAT(passes(at_once), testing::ElementsAre(16 * kPixels, 16 * kPixels, 8 * kPixels));
+    const RenderResult at_once = render("sobol-owen:spp=42", source, options);
+    EXPECT_THAT(passes(at_once), testing::ElementsAre(16 * kPixels, 16 * kPixels, 10 * kPixels));
     options.soon_s = .05;
     slept = false;
-    const RenderResult changed = render("sobol-owen:spp=40", source, options);
+    const RenderResult changed = render("sobol-owen:spp=42", source, options);
     EXPECT_EQ(changed.passes.size(), 4u);
     EXPECT_LT(changed.passes[0].samples, 16 * kPixels);
     EXPECT_EQ(changed.passes[0].samples + changed.passes[1].samples, 16 * kPixels);
