@@ -9,6 +9,7 @@
 #include <triad/base/text.hpp>
 #include <triad/numeric/widest.hpp>
 #include <triad/sampling/film.hpp>
+#include <triad/sampling/hot_avx512.hpp>
 #include <triad/sampling/sobol.hpp>
 
 namespace triad {
@@ -92,7 +93,7 @@ void require_film_memory(int width, int height, const FilmPlanes& planes, double
 }
 
 Film::Film(int width, int height, const FilmPlanes& planes, Holds holds)
-    : width_(width), height_(height), planes_(planes) {
+    : width_(width), height_(height), planes_(planes), wide_(default_cpu_path() == CpuPath::kAvx512) {
   if (width < 1 || height < 1) throw_internal("a film of " + std::to_string(width) + "x" + std::to_string(height));
   require_film_memory(width, height, planes);
   const size_t n = static_cast<size_t>(width) * static_cast<size_t>(height);
@@ -162,6 +163,19 @@ template <bool kHalves>
 TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const SampleRequest> requests,
                                             std::span<const Sample> samples) {
   Colour& colour = colour_[pixel];
+#if defined(__x86_64__)
+  if (wide_) {
+    const uint32_t n = static_cast<uint32_t>(samples.size());
+    static_assert(offsetof(Colour, sum) == 0 && offsetof(Colour, compensation) == 3 * sizeof(double));
+    Half* const half = kHalves ? &half_[pixel] : nullptr;
+    if (!avx512::add_run(reinterpret_cast<double*>(&colour), n > 1 && colour.count + colour.left_out == 0,
+                         requests.data(), samples.data(), n, half ? half->sum.data() : nullptr,
+                         half ? &half->count : nullptr))
+      return false;
+    colour.count += n;
+    return true;
+  }
+#endif
   // A fourth lane of either is what follows in the record: it is stored, too, and then written anew.
   constexpr size_t kThree = 3 * sizeof(double);
   static_assert(offsetof(Colour, sum) == 0 && offsetof(Colour, compensation) == kThree &&
@@ -250,10 +264,9 @@ template <bool kHalves, bool kMore>
 TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requests, std::span<const Sample> samples,
                                              std::vector<size_t>& left_out) {
   for (size_t first = 0, past = 0; first < requests.size(); first = past) {
-    const int32_t x = requests[first].pixel_x, y = requests[first].pixel_y;
     for (past = first + 1; past < requests.size(); ++past)
-      if (requests[past].pixel_x != x || requests[past].pixel_y != y) break;
-    const size_t p = pixel(x, y);
+      if (!same_pixel(requests[past], requests[first])) break;
+    const size_t p = pixel(requests[first].pixel_x, requests[first].pixel_y);
     uint32_t count = colour_[p].count;
     if (!add_run<kHalves>(p, requests.subspan(first, past - first), samples.subspan(first, past - first))) {
       if (past > first + 1 && count + colour_[p].left_out == 0) past = first + 1;  // as add_run() would have it

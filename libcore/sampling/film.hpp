@@ -101,6 +101,7 @@ class Film {
  private:
   int width_, height_;
   FilmPlanes planes_;
+  bool wide_;  // the processor has AVX-512
   // Sums side by side, so that three channels and a lane that means nothing are one load and one store.
   struct Colour {
     std::array<double, 3> sum{}, compensation{};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -60,24 +61,26 @@ Passes::Queue::Queue(Passes& passes)
 bool Passes::Queue::add_row(int x0, int x1, int y, uint32_t first, uint32_t past) {
   const Film& film = passes_.film();
   // Four members that lie side by side, in one store.
-  const auto put = [y, footprint_px = passes_.footprint_px_](SampleRequest& request, int x, uint32_t index) {
-    struct {
-      float footprint_px;
-      int32_t x, y;
-      uint32_t index;
-    } const says{footprint_px, x, y, index};
-    static_assert(offsetof(SampleRequest, footprint_px) + sizeof(says) == offsetof(SampleRequest, seed));
-    static_assert(std::is_trivially_copyable_v<SampleRequest>);
-    std::memcpy(static_cast<void*>(&request.footprint_px), &says, sizeof(says));
+  typedef int32_t FourInts __attribute__((vector_size(16)));
+  static_assert(offsetof(SampleRequest, footprint_px) + sizeof(FourInts) == offsetof(SampleRequest, seed));
+  static_assert(offsetof(SampleRequest, pixel_x) == offsetof(SampleRequest, footprint_px) + 4);
+  static_assert(offsetof(SampleRequest, pixel_y) == offsetof(SampleRequest, footprint_px) + 8);
+  static_assert(std::is_trivially_copyable_v<SampleRequest>);
+  const auto says = [y, footprint_px = std::bit_cast<int32_t>(passes_.footprint_px_)](int x, uint32_t index) {
+    return FourInts{footprint_px, x, y, static_cast<int32_t>(index)};
+  };
+  const auto put = [](SampleRequest& request, const FourInts& members) {
+    std::memcpy(static_cast<void*>(&request.footprint_px), &members, sizeof(members));
   };
   if (past - first == 1) {
     for (int x = x0; x < x1;) {
       if (size_ == kBatch && !flush()) return false;
       SampleRequest* const run = requests_.data() + size_;
       const int n = std::min(static_cast<int>(kBatch - size_), x1 - x);
-      for (int i = 0; i < n; ++i) {
+      FourInts members = says(x, first);
+      for (int i = 0; i < n; ++i, members += FourInts{0, 1, 0, 0}) {
         film.expect(film.pixel(x + i, y));
-        put(run[i], x + i, first);
+        put(run[i], members);
       }
       x += n;
       size_ += static_cast<size_t>(n);
@@ -93,7 +96,9 @@ bool Passes::Queue::add_row(int x0, int x1, int y, uint32_t first, uint32_t past
       if (size_ == kBatch && !flush()) return false;
       SampleRequest* const run = requests_.data() + size_;
       const size_t n = std::min<size_t>(kBatch - size_, past - index);
-      for (size_t i = 0; i < n; ++i) put(run[i], x, index++);
+      FourInts members = says(x, index);
+      for (size_t i = 0; i < n; ++i, members += FourInts{0, 0, 0, 1}) put(run[i], members);
+      index += static_cast<uint32_t>(n);
       size_ += n;
     }
   }

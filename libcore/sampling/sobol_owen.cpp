@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <triad/numeric/widest.hpp>
+#include <triad/sampling/hot_avx512.hpp>
 #include <triad/sampling/point_strategy.hpp>
 #include <triad/sampling/sobol.hpp>
 
@@ -29,6 +30,8 @@ class SobolOwen final : public PointStrategy {
  private:
   uint32_t spp_;
 };
+
+constexpr size_t kMany = 16;
 
 // pixel + fraction * 2^-32, rounded once, with one conversion of signed numbers: vectors have none of unsigned ones
 // before AVX-512.
@@ -79,20 +82,21 @@ TRIAD_INLINE_BODY inline void place_pixels(std::span<const SampleRequest> reques
   for (size_t i = 0; i < requests.size(); ++i) put(i, x[i], y[i]);
 }
 
-// put(i, x, y) for each request.
-template <bool kOnFilm, class Put>
-TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests, const Put& put) {
-  constexpr size_t kMany = 16, kFew = 4;
+constexpr auto kNoneAtOnce = [](size_t, SobolOwenSeeds) { return false; };
+
+// put(i, x, y) for each request; or else put_many(i, seeds), which may say false, for kMany from there on that are of
+// one pixel.
+template <bool kOnFilm, class Put, class PutMany>
+TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests, const Put& put,
+                                         const PutMany& put_many) {
+  constexpr size_t kFew = 4;
   for (size_t begin = 0, past = 0; begin < requests.size(); begin = past) {
     const SampleRequest& first = requests[begin];
-    const auto same_pixel = [&](size_t i, size_t j) {
-      return requests[i].pixel_x == requests[j].pixel_x && requests[i].pixel_y == requests[j].pixel_y;
-    };
     for (past = begin + 1; past < requests.size(); ++past)  // the run of the first one's pixel
-      if (!same_pixel(past, begin)) break;
+      if (!same_pixel(requests[past], first)) break;
     if (past == begin + 1) {  // alone, as are perhaps those after it
       while (past < requests.size() && past - begin < kMany && requests[past].index == first.index &&
-             !(past + 1 < requests.size() && same_pixel(past, past + 1)))
+             !(past + 1 < requests.size() && same_pixel(requests[past], requests[past + 1])))
         ++past;
       place_pixels<kMany, kOnFilm>(requests.subspan(begin, past - begin),
                                    [&](size_t i, double x, double y) TRIAD_INLINE_BODY { put(begin + i, x, y); });
@@ -102,6 +106,10 @@ TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests
     const int32_t x0 = kOnFilm ? first.pixel_x : 0, y0 = kOnFilm ? first.pixel_y : 0;
     for (size_t at = begin; at < past;) {
       const size_t left = past - at, most = left > kFew ? kMany : kFew, count = std::min(left, most);
+      if (count == kMany && put_many(at, seeds)) {
+        at += kMany;
+        continue;
+      }
       const auto put_here = [&](size_t i, double x, double y) TRIAD_INLINE_BODY { put(at + i, x, y); };
       if (most == kMany)
         place_lanes<kMany>(seeds, requests[at].index, x0, y0, count, put_here);
@@ -115,20 +123,32 @@ TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests
 }  // namespace
 
 void place_sobol_owen(std::span<SampleRequest> requests) {
-  run_widest([&]() TRIAD_INLINE_BODY {
-    place_runs<true>(requests, [&](size_t i, double x, double y) TRIAD_INLINE_BODY {
-      requests[i].x = x;
-      requests[i].y = y;
-    });
-  });
+  const auto put = [&](size_t i, double x, double y) TRIAD_INLINE_BODY {
+    requests[i].x = x;
+    requests[i].y = y;
+  };
+#if defined(__x86_64__)
+  static const bool wide = default_cpu_path() == CpuPath::kAvx512;
+  if (wide) {
+    const auto put_many = [&](size_t first, SobolOwenSeeds seeds) TRIAD_INLINE_BODY {
+      const uint32_t index = requests[first].index;
+      if (index > SobolStarts::kCount - kMany) return false;
+      avx512::place_sixteen(&kSobolStarts.x[index], &kSobolStarts.y[index], seeds.x, seeds.y, &requests[first]);
+      return true;
+    };
+    return run_avx512([&]() TRIAD_INLINE_BODY { place_runs<true>(requests, put, put_many); });
+  }
+#endif
+  run_widest([&]() TRIAD_INLINE_BODY { place_runs<true>(requests, put, kNoneAtOnce); });
 }
 
 void sobol_owen_places(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y) {
   run_widest([&]() TRIAD_INLINE_BODY {
-    place_runs<false>(requests, [&](size_t i, double place_x, double place_y) TRIAD_INLINE_BODY {
+    const auto put = [&](size_t i, double place_x, double place_y) TRIAD_INLINE_BODY {
       x[i] = place_x;
       y[i] = place_y;
-    });
+    };
+    place_runs<false>(requests, put, kNoneAtOnce);
   });
 }
 

@@ -8,7 +8,9 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -25,6 +27,15 @@ struct SampleRequest {
   uint32_t index = 0;                // of the sample within its pixel, from 0
   uint64_t seed = 0;
 };
+
+// Whether both are of the same pixel.
+inline bool same_pixel(const SampleRequest& a, const SampleRequest& b) {
+  static_assert(offsetof(SampleRequest, pixel_y) == offsetof(SampleRequest, pixel_x) + 4);
+  uint64_t pixel_a, pixel_b;  // in one load and one comparison
+  std::memcpy(&pixel_a, &a.pixel_x, sizeof(pixel_a));
+  std::memcpy(&pixel_b, &b.pixel_x, sizeof(pixel_b));
+  return pixel_a == pixel_b;
+}
 
 // Scene-linear, BT.709 primaries. A source without geometry leaves the fields after `valid` as they were.
 struct Sample {
