@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
+#include <cstddef>
+#include <cstring>
 #include <triad/sampling/pixel_points.hpp>
 #include <triad/sampling/point_strategy.hpp>
 #include <vector>
@@ -14,6 +16,9 @@ const StrategyInfo kInfo{
     "near the horizontal or the vertical show n steps of grey at most.",
     {{"n", "samples along each side of a pixel", 1, 1024, 2}}};
 
+typedef int32_t TwoInts __attribute__((vector_size(8)));
+typedef double Two __attribute__((vector_size(16)));
+
 class Grid final : public PointStrategy {
  public:
   explicit Grid(const StrategyValues& values)
@@ -26,10 +31,15 @@ class Grid final : public PointStrategy {
  protected:
   uint32_t samples_per_pixel() const override { return n_ * n_; }
   void place(std::span<SampleRequest> requests) const override {
+    static_assert(offsetof(SampleRequest, pixel_y) == offsetof(SampleRequest, pixel_x) + sizeof(int32_t));
+    static_assert(offsetof(SampleRequest, x) == 0 && offsetof(SampleRequest, y) == sizeof(double));
     for (SampleRequest& request : requests) {
-      const auto [x, y] = places_[request.index];
-      request.x = request.pixel_x + x;
-      request.y = request.pixel_y + y;
+      TwoInts pixel;
+      Two place;
+      std::memcpy(&pixel, &request.pixel_x, sizeof(pixel));
+      std::memcpy(&place, &places_[request.index], sizeof(place));
+      place += __builtin_convertvector(pixel, Two);
+      std::memcpy(static_cast<void*>(&request), &place, sizeof(place));
     }
   }
 

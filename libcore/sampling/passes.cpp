@@ -14,7 +14,7 @@
 namespace triad {
 namespace {
 
-constexpr size_t kBatch = 256;          // samples asked for at once: 34 kB, and .25 ms at 1 us each
+constexpr size_t kBatch = 512;          // samples asked for at once: 53 kB, and .5 ms at 1 us each
 constexpr uint32_t kSecondPass = 16;    // samples per pixel after the second of all passes
 constexpr double kFewestForError = 16;  // samples per pixel before an estimated error is believed
 
