@@ -12,14 +12,15 @@ add_library(triad_oiio_util INTERFACE)
 target_include_directories(triad_oiio_util SYSTEM INTERFACE ${OIIO_INCLUDE_DIRS})
 target_link_libraries(triad_oiio_util INTERFACE ${TRIAD_OIIO_UTIL})
 # The largest of those libraries by the symbols that the loader must look up (libcore/image/picture_library.cpp),
-# where OpenImageIO is built with them: their names as the loader knows them, separated by colons.
+# where OpenImageIO is built with them: their names as the loader knows them, separated by colons, those that others of
+# the list need before the others.
 set(TRIAD_LOAD_FIRST "")
 if(NOT CMAKE_CROSSCOMPILING)
   find_library(TRIAD_OIIO OpenImageIO HINTS ${OIIO_LIBRARY_DIRS} ${OIIO_LIBDIR} REQUIRED)
   mark_as_advanced(TRIAD_OIIO)
   execute_process(COMMAND ldd ${TRIAD_OIIO} OUTPUT_VARIABLE behind_oiio ERROR_QUIET)
-  foreach(large openvdb gdal)
-    if(behind_oiio MATCHES "(lib${large}[.]so[.0-9]*)")
+  foreach(large openvdb xerces-c geos proj spatialite poppler gdal dcmimage gdcmMSFF avformat)
+    if(behind_oiio MATCHES "(lib${large}(-[0-9.]+)?[.]so[.0-9]*)")
       list(APPEND TRIAD_LOAD_FIRST ${CMAKE_MATCH_1})
     endif()
   endforeach()
