@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <numbers>
 #include <set>
@@ -378,6 +379,48 @@ TEST(Film, PlanesAreMeansOverHitsAndFirstIds) {
   EXPECT_THAT(([] { parse_planes("depth,albdo", "--aov"); }),
               testing::ThrowsMessage<Error>(HasSubstr("--aov: 'albdo' is not known (did you mean 'albedo'?)")));
   EXPECT_EQ(parse_planes("", "--aov"), FilmPlanes{});
+}
+
+TEST(Film, EveryInstructionSetGivesTheSameBits) {
+  const auto film_of = [](const char* cpu, bool halves, size_t each) {
+    if (cpu) setenv("TRIAD_CPU", cpu, 1);
+    FilmPlanes planes;
+    planes.error = halves;
+    Film film(64, 1, planes);
+    if (cpu) unsetenv("TRIAD_CPU");
+    for (uint32_t first = 0; first < 3 * each; first += static_cast<uint32_t>(each)) {
+      std::vector<SampleRequest> requests;
+      std::vector<Sample> samples;
+      for (int x = 0; x < 64; ++x)
+        for (uint32_t index = first; index < first + each; ++index) {
+          requests.push_back({.pixel_x = x, .index = index});
+          const SampleRandom random(x, 0, index, each);
+          const auto small = [&](uint32_t d) {
+            return random.uniform(d) * (random.uniform(d + 1) < .5f ? 1 : 0x1p31f);
+          };
+          const float large = index % 3 != 1 ? 1 : index % 6 > 1 ? -1e20f : 1e20f;
+          samples.push_back({.rgb = {small(20), small(30) * large, -small(40)}});
+          if (random.uniform(50) < .01f) samples.back().valid = false;
+          if (random.uniform(51) < .01f)
+            samples.back().rgb[random.u32(52) % 3] = random.uniform(53) < .5f ? NAN : INFINITY;
+          if (random.uniform(54) < .01f) samples.back().rgb = {-0.f, 0, 1e-40f};
+        }
+      film.add(requests, samples);
+    }
+    return film;
+  };
+  for (const bool halves : {false, true})
+    for (size_t each = 1; each <= 35; ++each) {
+      const Film widest = film_of(nullptr, halves, each), baseline = film_of("baseline", halves, each);
+      for (size_t p = 0; p < widest.pixels(); ++p) {
+        ASSERT_EQ(widest.count(p), baseline.count(p)) << each;
+        ASSERT_EQ(widest.left_out(p), baseline.left_out(p)) << each;
+        ASSERT_EQ(widest.mean(p), baseline.mean(p)) << each;
+        if (!halves) continue;
+        ASSERT_EQ(widest.half_count(p), baseline.half_count(p)) << each;
+        ASSERT_EQ(widest.half_mean(p), baseline.half_mean(p)) << each;
+      }
+    }
 }
 
 TEST(Film, RefusesMoreThanTheMachineHas) {
