@@ -9,6 +9,7 @@
 #include <triad/image/image.hpp>
 #include <triad/numeric/huge_pages.hpp>
 #include <triad/numeric/sum.hpp>
+#include <triad/numeric/widest.hpp>
 #include <triad/sampling/source.hpp>
 #include <vector>
 
@@ -66,6 +67,18 @@ class Film {
   // The same, faster, for many samples at once, whose requests say pixels and indices. Returns where in the spans
   // those stand that were left out.
   std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples);
+
+  // Whether add_sum() may be called: it keeps colours, and perhaps their halves, of many samples.
+  bool keeps_sums() const { return colour_only_ && ones_.empty(); }
+  // Of `count` samples, a whole number.
+  struct SampleSum {
+    std::array<double, 3> rgb;
+    double count;
+  };
+  // Adds samples that are all kept; with planes().error, those of them for which sobol_half() is 1 by themselves,
+  // too.
+  TRIAD_INLINE_BODY void add_sum(size_t pixel, const SampleSum& samples);
+  TRIAD_INLINE_BODY void add_half_sum(size_t pixel, const SampleSum& samples);
 
   uint32_t count(size_t pixel) const { return ones_.empty() ? colour_[pixel].count : ones_[pixel].count; }
   // How many of the pixel's samples add() left out.
@@ -144,5 +157,20 @@ class Film {
                       size_t past, std::vector<size_t>& left_out);
   bool colour_only_;  // and halves, if there are any
 };
+
+TRIAD_INLINE_BODY inline void Film::add_sum(size_t pixel, const SampleSum& samples) {
+  Colour& colour = colour_[pixel];
+  for (size_t c = 0; c < 3; ++c) {
+    // Knuth's TwoSum.
+    const double x = samples.rgb[c], sum = colour.sum[c], after = sum + x, came = after - sum;
+    colour.compensation[c] += (sum - (after - came)) + (x - came);
+    colour.sum[c] = after;
+  }
+  colour.count += static_cast<uint32_t>(samples.count);
+}
+TRIAD_INLINE_BODY inline void Film::add_half_sum(size_t pixel, const SampleSum& samples) {
+  for (size_t c = 0; c < 3; ++c) half_[pixel].sum[c] += samples.rgb[c];
+  half_[pixel].count += static_cast<uint32_t>(samples.count);
+}
 
 }  // namespace triad

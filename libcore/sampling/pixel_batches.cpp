@@ -19,7 +19,6 @@ class Queue {
         first_(first),
         per_pixel_(past - first),
         requests_(std::max(kBatch, per_pixel_) / per_pixel_ * per_pixel_),
-        spare_(requests_.size()),
         samples_(requests_.size()) {}
 
   // False: the render was stopped.
@@ -32,8 +31,7 @@ class Queue {
 
   bool flush() {
     const size_t n = std::exchange(size_, 0);
-    return n == 0 || work_.take({std::span(requests_).first(n), std::span(spare_).first(n),
-                                 std::span(samples_).first(n), per_pixel_});
+    return n == 0 || work_.take({std::span(requests_).first(n), std::span(samples_).first(n), per_pixel_});
   }
 
  private:
@@ -41,7 +39,7 @@ class Queue {
   const PixelWork& work_;
   const uint32_t first_;
   const size_t per_pixel_;
-  std::vector<SampleRequest> requests_, spare_;
+  std::vector<SampleRequest> requests_;
   std::vector<Sample> samples_;
   size_t size_ = 0;
 };
@@ -58,13 +56,10 @@ struct Tiles {
         side(std::max(1, taker.options().tile_px)),
         columns((width + side - 1) / side),
         count(columns * ((height + side - 1) / side)) {}
-  // visit(x, y) until it says false.
-  template <class Visit>
-  void each(int64_t tile, const Visit& visit) const {
+  PixelGroup group(int64_t tile) const {
     const int64_t x0 = tile % columns * side, y0 = tile / columns * side;
-    for (int64_t y = y0; y < std::min(y0 + side, height); ++y)
-      for (int64_t x = x0; x < std::min(x0 + side, width); ++x)
-        if (!visit(static_cast<int>(x), static_cast<int>(y))) return;
+    return {static_cast<int>(x0), static_cast<int>(y0), static_cast<int>(std::min(x0 + side, width)),
+            static_cast<int>(std::min(y0 + side, height))};
   }
 };
 
@@ -75,7 +70,7 @@ std::vector<size_t> pixels_in_tiles(const SampleTaker& taker, const PixelWork& w
   std::vector<size_t> pixels;
   pixels.reserve(static_cast<size_t>(tiles.width * tiles.height));
   for (int64_t t = 0; t < tiles.count; ++t)
-    tiles.each(t, [&](int64_t x, int64_t y) {
+    tiles.group(t).each([&](int64_t x, int64_t y) {
       pixels.push_back(static_cast<size_t>(y * tiles.width + x));
       return true;
     });
@@ -86,26 +81,23 @@ bool take_pixels(SampleTaker& taker, const PixelWork& work, uint32_t first, uint
   // A queue holds only so many of one pixel.
   for (; past - first > kMostTogether; first += kMostTogether)
     if (!take_pixels(taker, work, first, first + static_cast<uint32_t>(kMostTogether))) return false;
+  const auto take = [&](const PixelGroup& group) {
+    if (work.take_group) return work.take_group(group, first, past);
+    Queue queue(taker, work, first, past);
+    group.each([&](int x, int y) { return queue.add(x, y); });
+    queue.flush();
+  };
   if (work.only) {
-    const auto width = static_cast<size_t>(work.width);
+    const std::span<const size_t> all(*work.only);
     // So that there is work for every thread where there are few.
-    const size_t at_once = std::clamp<size_t>(work.only->size() / 64, 16, 1024);
-    parallel_for(static_cast<int64_t>((work.only->size() + at_once - 1) / at_once), [&](int64_t group) {
-      Queue queue(taker, work, first, past);
-      const size_t begin = static_cast<size_t>(group) * at_once, end = std::min(begin + at_once, work.only->size());
-      for (size_t i = begin; i < end; ++i) {
-        const size_t p = (*work.only)[i];
-        if (!queue.add(static_cast<int>(p % width), static_cast<int>(p / width))) return;
-      }
-      queue.flush();
+    const size_t at_once = std::clamp<size_t>(all.size() / 64, 16, 1024);
+    parallel_for(static_cast<int64_t>((all.size() + at_once - 1) / at_once), [&](int64_t group) {
+      const size_t begin = static_cast<size_t>(group) * at_once;
+      take({all.subspan(begin, std::min(at_once, all.size() - begin)), work.width});
     });
   } else {
     const Tiles tiles(taker, work);
-    parallel_for(tiles.count, [&](int64_t t) {
-      Queue queue(taker, work, first, past);
-      tiles.each(t, [&](int x, int y) { return queue.add(x, y); });
-      queue.flush();
-    });
+    parallel_for(tiles.count, [&](int64_t t) { take(tiles.group(t)); });
   }
   return !taker.stopped();
 }

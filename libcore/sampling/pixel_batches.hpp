@@ -11,12 +11,33 @@ namespace triad {
 struct PixelBatch {
   // One pixel's after the other's, by ascending index; all is set but x and y.
   std::span<SampleRequest> requests;
-  std::span<SampleRequest> spare;  // as many, not set, for another order
-  std::span<Sample> samples;       // as many, for the answers
+  std::span<Sample> samples;  // as many, for the answers
   size_t per_pixel = 0;
 };
 
 inline constexpr size_t kMostTogether = 4096;  // the most of one pixel in a batch, which stays below a megabyte so
+
+// Some pixels of a grid, for one thread: a rectangle, or part of a list.
+class PixelGroup {
+ public:
+  PixelGroup(int x0, int y0, int x1, int y1) : x0_(x0), y0_(y0), x1_(x1), y1_(y1) {}
+  // Numbers y * width + x, which must outlive it.
+  PixelGroup(std::span<const size_t> list, int width) : list_(list), width_(static_cast<size_t>(width)) {}
+  // visit(x, y) of each until it says false.
+  template <class Visit>
+  void each(const Visit& visit) const {
+    for (const size_t p : list_)
+      if (!visit(static_cast<int>(p % width_), static_cast<int>(p / width_))) return;
+    for (int y = y0_; y < y1_; ++y)
+      for (int x = x0_; x < x1_; ++x)
+        if (!visit(x, y)) return;
+  }
+
+ private:
+  int x0_ = 0, y0_ = 0, x1_ = 0, y1_ = 0;
+  std::span<const size_t> list_;
+  size_t width_ = 1;
+};
 
 // What is done in the pixels of a grid, which need not be the film's.
 struct PixelWork {
@@ -26,6 +47,8 @@ struct PixelWork {
   // Places them, asks for them, and uses what comes back. Several threads at once, each with pixels of its own.
   // False: the render was stopped.
   std::function<bool(const PixelBatch&)> take{};
+  // Or else: does all that itself with the samples first .. past - 1, at most kMostTogether, of each pixel.
+  std::function<void(const PixelGroup& group, uint32_t first, uint32_t past)> take_group{};
 };
 
 // The numbers of all pixels of the grid, tile by tile.

@@ -46,9 +46,9 @@ void SampleTaker::tell_progress() {
 
 void SampleTaker::expect(double samples) { expected_ = std::min(expected_, samples); }
 
-void SampleTaker::drop(const SampleRequest& request) {
-  const int x = std::clamp(request.pixel_x, 0, film().width() - 1);
-  const int y = std::clamp(request.pixel_y, 0, film().height() - 1);
+void SampleTaker::drop(int32_t pixel_x, int32_t pixel_y) {
+  const int x = std::clamp(pixel_x, 0, film().width() - 1);
+  const int y = std::clamp(pixel_y, 0, film().height() - 1);
   const std::lock_guard lock(mutex_);
   ++result_.dropped;
   first_dropped_ = std::min(first_dropped_, film().pixel(x, y));

@@ -33,15 +33,17 @@ class SampleTaker {
   // counted, and only the film knows. `weigh` may change their colours before that.
   using Weigh = std::function<void(std::span<const SampleRequest>, std::span<Sample>)>;
   bool add(std::span<const SampleRequest> requests, std::span<Sample> samples, const Weigh& weigh = {});
-  // The same, where rename() says after they were asked for which of the film's pixels they belong to.
-  template <class Rename>
-  bool add_renamed(std::span<SampleRequest> requests, std::span<Sample> samples, const Rename& rename) {
+  // Asks for them, and calls use() on the same thread, whose it is to add them to the film or to drop() them.
+  template <class Use>
+  bool ask_once(std::span<const SampleRequest> requests, std::span<Sample> samples, const Use& use) {
     if (stop()) return false;
     source_.eval(requests, samples);
-    rename(requests);
-    keep(requests, samples);
+    use();
+    tell_progress();
     return true;
   }
+  // Counts one of this pixel of the film as left out.
+  void drop(int32_t pixel_x, int32_t pixel_y);
 
   // What was taken since the last one was a pass.
   PassRecord& end_pass();
@@ -61,7 +63,7 @@ class SampleTaker {
 
  private:
   void keep(std::span<const SampleRequest> requests, std::span<const Sample> samples);
-  void drop(const SampleRequest& request);
+  void drop(const SampleRequest& request) { drop(request.pixel_x, request.pixel_y); }
   void tell_progress();
 
   const CountingSource source_;

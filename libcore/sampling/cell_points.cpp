@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <triad/base/random.hpp>
+#include <triad/numeric/widest.hpp>
+#include <triad/sampling/cell_points.hpp>
+#include <triad/sampling/sobol.hpp>
+
+namespace triad {
+namespace {
+
+constexpr size_t kMost = 256;   // samples asked for at once, or one pixel's if those are more: 34 kB
+constexpr size_t kPacket = 16;  // sources may trace so many rays side by side, and best if there are always as many
+
+size_t pixels_together(size_t per_pixel) {
+  const size_t most = std::max<size_t>(1, kMost / per_pixel);
+  for (size_t n = most; 2 * n > most; --n)
+    if (n * per_pixel % kPacket == 0) return n;
+  return most;
+}
+
+// In [0, 1), with one conversion of signed numbers: vectors have none of unsigned ones before AVX-512.
+TRIAD_INLINE_BODY inline double fraction(uint32_t bits) {
+  return .5 + static_cast<int32_t>(bits ^ 0x80000000u) * 0x1p-32;
+}
+
+}  // namespace
+
+CellBatch::CellBatch(const CellPoints& points, uint32_t first, uint32_t past, float footprint_px, uint64_t seed)
+    : points_(points), seed_(seed), per_pixel_(past - first) {
+  const size_t pixels = pixels_together(per_pixel_), n = pixels * per_pixel_;
+  pixel_x_.resize(pixels);
+  pixel_y_.resize(pixels);
+  requests_.resize(n, {.footprint_px = footprint_px, .seed = seed});
+  x_.resize(n);
+  y_.resize(n);
+  cell_.resize(n);
+  for (size_t i = 0; i < n; ++i) requests_[i].index = first + static_cast<uint32_t>(i % per_pixel_);
+  if (points.points_.kind() != PixelPoints::Kind::kSobol) return;
+  for (auto* each : {&start_x_, &start_y_, &seed_x_, &seed_y_}) each->resize(n);
+  for (size_t i = 0; i < n; ++i) {
+    const uint32_t index = requests_[i].index;
+    const std::array<uint32_t, 2> plain =
+        i < per_pixel_ ? sobol_point_reversed(index) : std::array{start_x_[i - per_pixel_], start_y_[i - per_pixel_]};
+    start_x_[i] = i < per_pixel_ ? owen_scramble_start(plain[0]) : plain[0];
+    start_y_[i] = i < per_pixel_ ? owen_scramble_start(plain[1]) : plain[1];
+  }
+}
+
+// As sobol_owen_places() does it, but with all samples of all pixels side by side.
+TRIAD_INLINE_BODY inline void CellBatch::place_sobol_owen() {
+  const size_t n = pixels_ * per_pixel_, per_pixel = per_pixel_;
+  uint32_t *const seed_x = seed_x_.data(), *const seed_y = seed_y_.data();
+  const int32_t *const pixel_x = pixel_x_.data(), *const pixel_y = pixel_y_.data();
+  constexpr size_t kAtOnce = 16;
+  for (size_t begin = 0; begin < pixels_; begin += kAtOnce) {
+    const size_t count = std::min(kAtOnce, pixels_ - begin);
+    std::array<uint32_t, kAtOnce> x, y;
+    std::array<int32_t, kAtOnce> at_x{}, at_y{};
+    for (size_t k = 0; k < count; ++k) {
+      at_x[k] = pixel_x[begin + k];
+      at_y[k] = pixel_y[begin + k];
+    }
+    for (size_t k = 0; k < kAtOnce; ++k) {
+      const SobolOwenSeeds seeds(SampleRandom::pixel_key(at_x[k], at_y[k], seed_));
+      x[k] = seeds.x;
+      y[k] = seeds.y;
+    }
+    for (size_t k = 0; k < count; ++k) {
+      const size_t first = (begin + k) * per_pixel;
+      std::fill_n(seed_x + first, per_pixel, x[k]);
+      std::fill_n(seed_y + first, per_pixel, y[k]);
+    }
+  }
+  const uint32_t *const start_x = start_x_.data(), *const start_y = start_y_.data();
+  double *const x = x_.data(), *const y = y_.data();
+  for (size_t i = 0; i < n; ++i) {
+    x[i] = fraction(reverse_bits(owen_scramble_rest(start_x[i], seed_x[i])));
+    y[i] = fraction(reverse_bits(owen_scramble_rest(start_y[i], seed_y[i])));
+  }
+}
+
+TRIAD_INLINE_BODY inline void CellBatch::move_into_cells() {
+  const size_t n = pixels_ * per_pixel_, per_pixel = per_pixel_;
+  points_.across_.move(std::span(x_).first(n));
+  points_.down_.move(std::span(y_).first(n));
+  const double *const x = x_.data(), *const y = y_.data();
+  const int32_t columns = points_.cells_.x, rows = points_.cells_.y;
+  uint32_t* const cell = cell_.data();
+  for (size_t i = 0; i < n; ++i)
+    cell[i] = static_cast<uint32_t>(static_cast<int32_t>(y[i]) * columns + static_cast<int32_t>(x[i]));
+  for (size_t k = 0; k < pixels_; ++k) {
+    const int32_t pixel_x = pixel_x_[k], pixel_y = pixel_y_[k];
+    const double x0 = static_cast<double>(pixel_x) * columns, y0 = static_cast<double>(pixel_y) * rows;
+    SampleRequest* const requests = &requests_[k * per_pixel];
+    for (size_t i = 0; i < per_pixel; ++i) {
+      SampleRequest& request = requests[i];
+      request.x = x0 + x[k * per_pixel + i];
+      request.y = y0 + y[k * per_pixel + i];
+      request.pixel_x = pixel_x;
+      request.pixel_y = pixel_y;
+    }
+  }
+}
+
+void CellBatch::place() {
+  if (points_.points_.kind() == PixelPoints::Kind::kSobol)
+    return run_widest([&]() TRIAD_INLINE_BODY {
+      place_sobol_owen();
+      move_into_cells();
+    });
+  for (size_t i = 0; i < pixels_ * per_pixel_; ++i) {
+    requests_[i].pixel_x = pixel_x_[i / per_pixel_];
+    requests_[i].pixel_y = pixel_y_[i / per_pixel_];
+  }
+  points_.points_.places(requests(), x_, y_);
+  run_widest([&]() TRIAD_INLINE_BODY { move_into_cells(); });
+}
+
+}  // namespace triad
