@@ -26,7 +26,7 @@ TRIAD_INLINE_BODY inline double fraction(uint32_t bits) {
 }  // namespace
 
 CellBatch::CellBatch(const CellPoints& points, uint32_t first, uint32_t past, float footprint_px, uint64_t seed)
-    : points_(points), seed_(seed), per_pixel_(past - first) {
+    : points_(points), seed_(seed), first_(first), per_pixel_(past - first) {
   const size_t pixels = pixels_together(per_pixel_), n = pixels * per_pixel_;
   pixel_x_.resize(pixels);
   pixel_y_.resize(pixels);

@@ -40,6 +40,8 @@ class CellBatch {
   // `points` must outlive it.
   CellBatch(const CellPoints& points, uint32_t first, uint32_t past, float footprint_px, uint64_t seed);
 
+  uint32_t first() const { return first_; }
+  uint32_t past() const { return first_ + static_cast<uint32_t>(per_pixel_); }
   size_t per_pixel() const { return per_pixel_; }
   size_t pixels() const { return pixels_; }
   size_t most() const { return requests_.size(); }  // samples that it has when full
@@ -53,7 +55,7 @@ class CellBatch {
 
   // Sets the requests, which carry the keys of the display pixels, and their cells.
   void place();
-  std::span<SampleRequest> requests() { return std::span(requests_).first(pixels_ * per_pixel_); }
+  std::span<const SampleRequest> requests() const { return std::span(requests_).first(pixels_ * per_pixel_); }
   // Of each request, in its display pixel: row by row from 0.
   std::span<const uint32_t> cells() const { return std::span(cell_).first(pixels_ * per_pixel_); }
   int32_t pixel_x(size_t pixel) const { return pixel_x_[pixel]; }
@@ -65,6 +67,7 @@ class CellBatch {
 
   const CellPoints& points_;
   const uint64_t seed_;
+  const uint32_t first_;
   const size_t per_pixel_;
   size_t pixels_ = 0;
   std::vector<int32_t> pixel_x_, pixel_y_;

@@ -7,8 +7,13 @@
 
 namespace triad {
 
+// What spp samples in display pixels of so many cells need of a film.
+Film::Holds film_for_cells(const Cells& cells, uint32_t spp);
+
 // Asks for a batch that is placed, and adds what comes back to the film, each sample to its cell. False: the render
-// was stopped. The film's bits depend on the points of each pixel's batches and on nothing else.
+// was stopped.
+// The film's bits depend on how the points of a pixel are parted into batches, but not on whether its very first is
+// alone: as it waits for nothing, it counts as a batch of its own.
 bool take_into_cells(SampleTaker& taker, const Cells& cells, CellBatch& batch, std::span<Sample> samples);
 
 }  // namespace triad

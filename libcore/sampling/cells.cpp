@@ -5,8 +5,8 @@
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/cell_estimates.hpp>
+#include <triad/sampling/cell_passes.hpp>
 #include <triad/sampling/cell_sums.hpp>
-#include <triad/sampling/pixel_batches.hpp>
 #include <triad/sampling/strategy_base.hpp>
 
 namespace triad {
@@ -61,28 +61,13 @@ class CellsStrategy final : public StrategyBase {
                   std::to_string(cells.y) + " cells");
     RenderOptions with_halves = options;
     with_halves.planes.error = options.planes.error || threshold_ > 0;
-    SampleTaker taker(*this, source, with_halves);
-    const uint64_t samples = most_samples(source.width() / cells.x, source.height() / cells.y);
+    SampleTaker taker(*this, source, with_halves, film_for_cells(cells, spp_));
+    const int width = source.width() / cells.x, height = source.height() / cells.y;
+    const uint64_t samples = most_samples(width, height);
     taker.expect(static_cast<double>(samples));
     const CellPoints points(points_, cells);
-    PixelWork work{source.width() / cells.x, source.height() / cells.y,
-                   std::sqrt(static_cast<float>(cells.x * cells.y) / static_cast<float>(spp_))};
-    work.take_group = [&](const PixelGroup& group, uint32_t first, uint32_t past) {
-      CellBatch batch(points, first, past, work.footprint_px, options.seed);
-      std::vector<Sample> answers(batch.most());
-      const auto take = [&] {
-        if (batch.pixels() == 0) return true;
-        batch.place();
-        const bool goes_on = take_into_cells(taker, cells, batch, answers);
-        batch.clear();
-        return goes_on;
-      };
-      group.each([&](int x, int y) {
-        batch.add(x, y);
-        return !batch.full() || take();
-      });
-      take();
-    };
+    CellPasses passes(taker, points, width, height,
+                      std::sqrt(static_cast<float>(cells.x * cells.y) / static_cast<float>(spp_)));
     const auto go_on = [&](PassRecord& pass) {
       if (options.until_rmse <= 0) return true;
       pass.rmse = taker.film().estimated_rmse();
@@ -90,9 +75,9 @@ class CellsStrategy final : public StrategyBase {
       return !taker.result().reached;
     };
     if (threshold_ > 0) {
-      take_where_seen(taker, work, cells, go_on);
+      take_where_seen(taker, passes, cells, go_on);
     } else {
-      take_in_passes(taker, work, spp_, 1, go_on);
+      passes.take_in_turn(spp_, go_on);
     }
     const bool all_have_samples = taker.samples() == samples && taker.result().dropped == 0 && points.fill_all();
     if (!all_have_samples) taker.result().colour = filled_means(taker.film(), cells);
@@ -101,17 +86,17 @@ class CellsStrategy final : public StrategyBase {
 
  private:
   // A barrier after each pass, so that who goes on depends on no order.
-  void take_where_seen(SampleTaker& taker, PixelWork& work, const Cells& cells,
+  void take_where_seen(SampleTaker& taker, CellPasses& passes, const Cells& cells,
                        const std::function<bool(PassRecord&)>& go_on) const {
     const NoiseSeen seen(value("ppd"));
-    const auto width = static_cast<size_t>(work.width), height = static_cast<size_t>(work.height);
+    const auto width = static_cast<size_t>(taker.film().width() / cells.x),
+               height = static_cast<size_t>(taker.film().height() / cells.y);
     std::vector<size_t> pixels;  // that go on, in tiles; all have as many samples
     for (uint32_t first = 0, past = least_; first < spp_; first = past, past = std::min(spp_, 2 * past)) {
-      work.only = first > 0 ? &pixels : nullptr;
-      const bool whole = take_pixels(taker, work, first, past);
+      const bool whole = first == 0 ? passes.take(first, past) : passes.take(first, past, pixels);
       PassRecord& pass = taker.end_pass();
       if (!whole || !go_on(pass)) return;
-      if (first == 0) pixels = pixels_in_tiles(taker, work);
+      if (first == 0) pixels = passes.pixels_in_tiles();
       std::vector<uint8_t> unsure(width * height);
       parallel_for(static_cast<int64_t>(pixels.size()), [&](int64_t i) {
         const size_t p = pixels[static_cast<size_t>(i)];

@@ -2,6 +2,7 @@
 // Where samples are summed: a weightless accumulator for strategies that keep each sample within its pixel.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -46,8 +47,9 @@ void require_film_memory(int width, int height, const FilmPlanes& planes, double
 class Film {
  public:
   // How many samples a pixel is given at most. A film of one each that keeps colours only is a quarter as large, and
-  // as much faster to walk through; a second sample is then a defect of the caller's.
-  enum class Holds { kMany, kOneEach };
+  // as much faster to walk through; a second sample is then a defect of the caller's. So is one of a few that are
+  // added by add_sum() alone: each time, their mean is rounded to float, as pictures are.
+  enum class Holds { kMany, kFew, kOneEach };
   // Throws as require_film_memory() does, before any memory is taken.
   Film(int width, int height, const FilmPlanes& planes, Holds holds = Holds::kMany);
 
@@ -68,9 +70,9 @@ class Film {
   // those stand that were left out.
   std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples);
 
-  // Whether add_sum() may be called: it keeps colours, and perhaps their halves, of many samples.
-  bool keeps_sums() const { return colour_only_ && ones_.empty(); }
-  // Of `count` samples, a whole number.
+  // Whether it keeps colours, and perhaps their halves, and nothing else. Then samples can be summed before:
+  bool keeps_sums() const { return colour_only_; }
+  // As many of these as `count`, a whole number.
   struct SampleSum {
     std::array<double, 3> rgb;
     double count;
@@ -79,6 +81,8 @@ class Film {
   // too.
   TRIAD_INLINE_BODY void add_sum(size_t pixel, const SampleSum& samples);
   TRIAD_INLINE_BODY void add_half_sum(size_t pixel, const SampleSum& samples);
+  // Counts one that is not kept.
+  void leave_out(size_t pixel);
 
   uint32_t count(size_t pixel) const { return ones_.empty() ? colour_[pixel].count : ones_[pixel].count; }
   // How many of the pixel's samples add() left out.
@@ -131,8 +135,8 @@ class Film {
     std::array<float, 3> rgb;
     uint16_t count, left_out;
   };
-  std::vector<One, ZeroPageAllocator<One>> ones_;
-  struct Half {  // of the samples in half 1
+  std::vector<One, ZeroPageAllocator<One>> ones_;  // or of a few, their mean
+  struct Half {                                    // of the samples in half 1
     std::array<double, 3> sum{};
     uint32_t count = 0;
   };
@@ -159,6 +163,13 @@ class Film {
 };
 
 TRIAD_INLINE_BODY inline void Film::add_sum(size_t pixel, const SampleSum& samples) {
+  if (!ones_.empty()) {
+    One& few = ones_[pixel];
+    const double before = few.count, after = before + samples.count, divisor = std::max(1., after);
+    for (size_t c = 0; c < 3; ++c) few.rgb[c] = static_cast<float>((few.rgb[c] * before + samples.rgb[c]) / divisor);
+    few.count = static_cast<uint16_t>(static_cast<int32_t>(after));
+    return;
+  }
   Colour& colour = colour_[pixel];
   for (size_t c = 0; c < 3; ++c) {
     // Knuth's TwoSum.
@@ -171,6 +182,12 @@ TRIAD_INLINE_BODY inline void Film::add_sum(size_t pixel, const SampleSum& sampl
 TRIAD_INLINE_BODY inline void Film::add_half_sum(size_t pixel, const SampleSum& samples) {
   for (size_t c = 0; c < 3; ++c) half_[pixel].sum[c] += samples.rgb[c];
   half_[pixel].count += static_cast<uint32_t>(samples.count);
+}
+inline void Film::leave_out(size_t pixel) {
+  if (ones_.empty())
+    ++colour_[pixel].left_out;
+  else
+    ++ones_[pixel].left_out;
 }
 
 }  // namespace triad

@@ -44,10 +44,6 @@ class Queue {
   size_t size_ = 0;
 };
 
-}  // namespace
-
-namespace {
-
 struct Tiles {
   int64_t width, height, side, columns, count;
   Tiles(const SampleTaker& taker, const PixelWork& work)
@@ -56,49 +52,28 @@ struct Tiles {
         side(std::max(1, taker.options().tile_px)),
         columns((width + side - 1) / side),
         count(columns * ((height + side - 1) / side)) {}
-  PixelGroup group(int64_t tile) const {
+  // visit(x, y) until it says false.
+  template <class Visit>
+  void each(int64_t tile, const Visit& visit) const {
     const int64_t x0 = tile % columns * side, y0 = tile / columns * side;
-    return {static_cast<int>(x0), static_cast<int>(y0), static_cast<int>(std::min(x0 + side, width)),
-            static_cast<int>(std::min(y0 + side, height))};
+    for (int64_t y = y0; y < std::min(y0 + side, height); ++y)
+      for (int64_t x = x0; x < std::min(x0 + side, width); ++x)
+        if (!visit(static_cast<int>(x), static_cast<int>(y))) return;
   }
 };
 
 }  // namespace
 
-std::vector<size_t> pixels_in_tiles(const SampleTaker& taker, const PixelWork& work) {
-  const Tiles tiles(taker, work);
-  std::vector<size_t> pixels;
-  pixels.reserve(static_cast<size_t>(tiles.width * tiles.height));
-  for (int64_t t = 0; t < tiles.count; ++t)
-    tiles.group(t).each([&](int64_t x, int64_t y) {
-      pixels.push_back(static_cast<size_t>(y * tiles.width + x));
-      return true;
-    });
-  return pixels;
-}
-
 bool take_pixels(SampleTaker& taker, const PixelWork& work, uint32_t first, uint32_t past) {
   // A queue holds only so many of one pixel.
   for (; past - first > kMostTogether; first += kMostTogether)
     if (!take_pixels(taker, work, first, first + static_cast<uint32_t>(kMostTogether))) return false;
-  const auto take = [&](const PixelGroup& group) {
-    if (work.take_group) return work.take_group(group, first, past);
+  const Tiles tiles(taker, work);
+  parallel_for(tiles.count, [&](int64_t t) {
     Queue queue(taker, work, first, past);
-    group.each([&](int x, int y) { return queue.add(x, y); });
+    tiles.each(t, [&](int x, int y) { return queue.add(x, y); });
     queue.flush();
-  };
-  if (work.only) {
-    const std::span<const size_t> all(*work.only);
-    // So that there is work for every thread where there are few.
-    const size_t at_once = std::clamp<size_t>(all.size() / 64, 16, 1024);
-    parallel_for(static_cast<int64_t>((all.size() + at_once - 1) / at_once), [&](int64_t group) {
-      const size_t begin = static_cast<size_t>(group) * at_once;
-      take({all.subspan(begin, std::min(at_once, all.size() - begin)), work.width});
-    });
-  } else {
-    const Tiles tiles(taker, work);
-    parallel_for(tiles.count, [&](int64_t t) { take(tiles.group(t)); });
-  }
+  });
   return !taker.stopped();
 }
 

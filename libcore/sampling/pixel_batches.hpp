@@ -17,42 +17,14 @@ struct PixelBatch {
 
 inline constexpr size_t kMostTogether = 4096;  // the most of one pixel in a batch, which stays below a megabyte so
 
-// Some pixels of a grid, for one thread: a rectangle, or part of a list.
-class PixelGroup {
- public:
-  PixelGroup(int x0, int y0, int x1, int y1) : x0_(x0), y0_(y0), x1_(x1), y1_(y1) {}
-  // Numbers y * width + x, which must outlive it.
-  PixelGroup(std::span<const size_t> list, int width) : list_(list), width_(static_cast<size_t>(width)) {}
-  // visit(x, y) of each until it says false.
-  template <class Visit>
-  void each(const Visit& visit) const {
-    for (const size_t p : list_)
-      if (!visit(static_cast<int>(p % width_), static_cast<int>(p / width_))) return;
-    for (int y = y0_; y < y1_; ++y)
-      for (int x = x0_; x < x1_; ++x)
-        if (!visit(x, y)) return;
-  }
-
- private:
-  int x0_ = 0, y0_ = 0, x1_ = 0, y1_ = 0;
-  std::span<const size_t> list_;
-  size_t width_ = 1;
-};
-
 // What is done in the pixels of a grid, which need not be the film's.
 struct PixelWork {
   int width = 0, height = 0;  // of the grid
   float footprint_px = 1;
-  const std::vector<size_t>* only = nullptr;  // these pixels (y * width + x), each once, in this order; null: all
   // Places them, asks for them, and uses what comes back. Several threads at once, each with pixels of its own.
   // False: the render was stopped.
   std::function<bool(const PixelBatch&)> take{};
-  // Or else: does all that itself with the samples first .. past - 1, at most kMostTogether, of each pixel.
-  std::function<void(const PixelGroup& group, uint32_t first, uint32_t past)> take_group{};
 };
-
-// The numbers of all pixels of the grid, tile by tile.
-std::vector<size_t> pixels_in_tiles(const SampleTaker& taker, const PixelWork& work);
 
 // The samples first .. past - 1 of each pixel, tile by tile on all threads. False: the render was stopped, and some
 // pixels did without.

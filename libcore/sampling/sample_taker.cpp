@@ -25,11 +25,11 @@ bool usable(const Sample& sample) {
   return sample.valid && std::isfinite(sample.rgb[0]) && std::isfinite(sample.rgb[1]) && std::isfinite(sample.rgb[2]);
 }
 
-SampleTaker::SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options)
+SampleTaker::SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options,
+                         Film::Holds holds)
     : source_(source),
       options_(options),
-      result_{.film = Film(source.width(), source.height(), planes_for(strategy, options), strategy.film_holds()),
-              .passes = {}},
+      result_{.film = Film(source.width(), source.height(), planes_for(strategy, options), holds), .passes = {}},
       expected_(static_cast<double>(strategy.most_samples(source.width(), source.height()))),
       pass_start_(std::chrono::steady_clock::now()) {}
 

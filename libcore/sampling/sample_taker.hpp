@@ -19,7 +19,10 @@ class SampleTaker {
  public:
   // All must outlive it. The film has the halves of samples (planes.error) wherever `strategy` estimates its error
   // and options ask for it in one way or another. Throws Error(kUsage) for options.until_rmse if it does not.
-  SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options);
+  SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options)
+      : SampleTaker(strategy, source, options, strategy.film_holds()) {}
+  // For a strategy that gives a pixel as many samples as the options make of it.
+  SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options, Film::Holds holds);
 
   // Asks for all of them on all threads; samples[i] answers requests[i], and `valid` is false, too, where a colour is
   // not finite. Then each is added to the film's pixel (pixel_x, pixel_y), which must be inside, in their order. Not
