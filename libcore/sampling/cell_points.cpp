@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <triad/base/random.hpp>
 #include <triad/numeric/widest.hpp>
 #include <triad/sampling/cell_points.hpp>
 #include <triad/sampling/sobol.hpp>
+#include <type_traits>
 
 namespace triad {
 namespace {
 
 constexpr size_t kMost = 256;   // samples asked for at once, or one pixel's if those are more: 34 kB
 constexpr size_t kPacket = 16;  // sources may trace so many rays side by side, and best if there are always as many
+
+constexpr size_t kLanes = 8;  // of vectors; arrays that they go through have whole ones
 
 size_t pixels_together(size_t per_pixel) {
   const size_t most = std::max<size_t>(1, kMost / per_pixel);
@@ -31,9 +36,8 @@ CellBatch::CellBatch(const CellPoints& points, uint32_t first, uint32_t past, fl
   pixel_x_.resize(pixels);
   pixel_y_.resize(pixels);
   requests_.resize(n, {.footprint_px = footprint_px, .seed = seed});
-  x_.resize(n);
-  y_.resize(n);
-  cell_.resize(n);
+  for (auto* each : {&x_, &y_}) each->resize((n + kLanes - 1) / kLanes * kLanes);
+  cell_.resize(x_.size());
   for (size_t i = 0; i < n; ++i) requests_[i].index = first + static_cast<uint32_t>(i % per_pixel_);
   if (points.points_.kind() != PixelPoints::Kind::kSobol) return;
   for (auto* each : {&start_x_, &start_y_, &seed_x_, &seed_y_}) each->resize(n);
@@ -80,24 +84,38 @@ TRIAD_INLINE_BODY inline void CellBatch::place_sobol_owen() {
 }
 
 TRIAD_INLINE_BODY inline void CellBatch::move_into_cells() {
+  using Eight = CellSide::Eight;
+  typedef int32_t EightInts __attribute__((vector_size(32)));
   const size_t n = pixels_ * per_pixel_, per_pixel = per_pixel_;
-  points_.across_.move(std::span(x_).first(n));
-  points_.down_.move(std::span(y_).first(n));
-  const double *const x = x_.data(), *const y = y_.data();
+  double *const x = x_.data(), *const y = y_.data();
   const int32_t columns = points_.cells_.x, rows = points_.cells_.y;
   uint32_t* const cell = cell_.data();
-  for (size_t i = 0; i < n; ++i)
-    cell[i] = static_cast<uint32_t>(static_cast<int32_t>(y[i]) * columns + static_cast<int32_t>(x[i]));
+  for (size_t i = 0; i < n; i += kLanes) {
+    Eight along, down;
+    std::memcpy(&along, x + i, sizeof(along));
+    std::memcpy(&down, y + i, sizeof(down));
+    points_.across_.move(along);
+    points_.down_.move(down);
+    const EightInts in =
+        __builtin_convertvector(down, EightInts) * columns + __builtin_convertvector(along, EightInts);
+    std::memcpy(x + i, &along, sizeof(along));
+    std::memcpy(y + i, &down, sizeof(down));
+    std::memcpy(cell + i, &in, sizeof(in));
+  }
+  // Members that lie side by side, in one store each.
+  typedef double Two __attribute__((vector_size(16)));
+  typedef int32_t TwoInts __attribute__((vector_size(8)));
+  static_assert(offsetof(SampleRequest, x) == 0 && offsetof(SampleRequest, y) == 8 &&
+                offsetof(SampleRequest, pixel_y) == offsetof(SampleRequest, pixel_x) + 4 &&
+                std::is_trivially_copyable_v<SampleRequest>);
   for (size_t k = 0; k < pixels_; ++k) {
-    const int32_t pixel_x = pixel_x_[k], pixel_y = pixel_y_[k];
-    const double x0 = static_cast<double>(pixel_x) * columns, y0 = static_cast<double>(pixel_y) * rows;
-    SampleRequest* const requests = &requests_[k * per_pixel];
-    for (size_t i = 0; i < per_pixel; ++i) {
-      SampleRequest& request = requests[i];
-      request.x = x0 + x[k * per_pixel + i];
-      request.y = y0 + y[k * per_pixel + i];
-      request.pixel_x = pixel_x;
-      request.pixel_y = pixel_y;
+    const TwoInts pixel{pixel_x_[k], pixel_y_[k]};
+    const Two corner{static_cast<double>(pixel[0]) * columns, static_cast<double>(pixel[1]) * rows};
+    SampleRequest* request = &requests_[k * per_pixel];
+    for (size_t i = k * per_pixel; i < (k + 1) * per_pixel; ++i, ++request) {
+      const Two at = corner + Two{x[i], y[i]};
+      std::memcpy(static_cast<void*>(request), &at, sizeof(at));
+      std::memcpy(&request->pixel_x, &pixel, sizeof(pixel));
     }
   }
 }

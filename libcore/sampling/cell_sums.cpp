@@ -11,10 +11,13 @@ namespace triad {
 namespace {
 
 typedef int32_t FourInts __attribute__((vector_size(16)));
-typedef float FourFloats __attribute__((vector_size(16)));
 typedef double Four __attribute__((vector_size(32)));
+typedef int32_t EightInts __attribute__((vector_size(32)));
+typedef float EightFloats __attribute__((vector_size(32)));
+typedef double Eight __attribute__((vector_size(64)));
 
 constexpr size_t kMostSums = 64;      // cells of a pixel that are gone through for its samples
+constexpr size_t kAhead = 4;          // pixels between asking for their place on the film and using it
 constexpr size_t kMostFew = 16;       // cells, so that a few samples go into the film together
 constexpr uint32_t kFewSamples = 16;  // of a pixel that come in one batch, or in two with the first of all alone
 
@@ -37,46 +40,80 @@ class Adder {
     return together > 0 && (sums_ <= kMostFew || (sums_ <= kMostSums && sums_ < 2 * together));
   }
 
-  // For a film that keeps sums.
-  template <bool kHalves>
+  // For a film that keeps sums, of kSums cells, or with 0 of any number. For a known number there are sums of its own
+  // for every other sample, which wait for each other half as long.
+  template <bool kHalves, size_t kSums>
   TRIAD_INLINE_BODY void by_pixels() {
-    const size_t per_pixel = batch_.per_pixel(), alone = batch_.first() == 0;
-    Four sum[kMostSums], half[kHalves ? kMostSums : 1];
+    constexpr size_t kSets = kSums > 0 ? 2 : 1, kMost = kSums > 0 ? kSums : kMostSums;
+    const size_t per_pixel = batch_.per_pixel(), alone = batch_.first() == 0, sums = kSums > 0 ? kSums : sums_;
+    const size_t columns = static_cast<size_t>(columns_), width = static_cast<size_t>(film_.width());
+    const bool few = film_.keeps_means();
+    Four sum[kSets * kMost], half[kHalves ? kMost : 1];
+    const auto clear = [&]() TRIAD_INLINE_BODY {
+      for (size_t c = 0; c < sums; ++c)
+        for (size_t set = 0; set < kSets; ++set) sum[set * kMost + c] = Four{};
+      if constexpr (kHalves)
+        for (size_t c = 0; c < sums; ++c) half[c] = Four{};
+    };
+    // Colour and 1 of sample i, and of the next if there is one.
+    const auto add = [&](size_t i, const EightInts& bits, bool pair) TRIAD_INLINE_BODY {
+      Eight x;
+      to_colours_and_ones(bits, x);
+      const Four even = __builtin_shufflevector(x, x, 0, 1, 2, 3), odd = __builtin_shufflevector(x, x, 4, 5, 6, 7);
+      sum[cells_[i]] += even;
+      if (pair) sum[(kSets - 1) * kMost + cells_[i + 1]] += odd;
+      if constexpr (kHalves) {
+        if (sobol_half(requests_[i].index)) half[cells_[i]] += even;
+        if (pair && sobol_half(requests_[i + 1].index)) half[cells_[i + 1]] += odd;
+      }
+    };
     for (size_t k = 0; k < batch_.pixels(); ++k) {
-      const size_t begin = k * per_pixel, past = begin + per_pixel;
-      for (size_t i = begin; i < begin + alone; ++i) by_itself(k, i);
-      for (size_t c = 0; c < sums_; ++c) {
-        sum[c] = Four{};
-        if constexpr (kHalves) half[c] = Four{};
-      }
-      FourInts all{-1, -1, -1, -1};
-      for (size_t i = begin + alone; i < past; ++i) {
-        FourInts bits;
-        std::memcpy(&bits, &samples_[i], sizeof(bits));
+      const size_t begin = k * per_pixel, second = begin + alone, past = begin + per_pixel;
+      if (k + kAhead < batch_.pixels()) expect(k + kAhead);
+      if (alone && !few) by_itself(k, begin);
+      clear();
+      EightInts all{-1, -1, -1, -1, -1, -1, -1, -1};
+      size_t i = second;
+      EightInts bits;
+      for (; i + 1 < past; i += 2) {
+        load(i, i + 1, bits);
         all &= bits;
-        add<kHalves>(i, bits, sum, half);
+        add(i, bits, true);
       }
-      Four total = sum[0];
-      for (size_t c = 1; c < sums_; ++c) total += sum[c];
+      if (i < past) {
+        load(i, i, bits);
+        all &= bits;
+        add(i, bits, false);
+      }
+      Four total{};
+      for (size_t c = 0; c < sums; ++c) {
+        if constexpr (kSets > 1) sum[c] += sum[kMost + c];
+        total += sum[c];
+      }
       // What is not finite stays so in a sum, and finite floats have a finite one.
-      if ((all[3] & kValid) == 0 || !std::isfinite(total[0] + total[1] + total[2])) {
-        for (size_t c = 0; c < sums_; ++c) {
-          sum[c] = Four{};
-          if constexpr (kHalves) half[c] = Four{};
-        }
-        for (size_t i = begin + alone; i < past; ++i) {
-          if (!usable(samples_[i])) {
+      if ((all[3] & all[7] & kValid) == 0 || !std::isfinite(total[0] + total[1] + total[2])) {
+        clear();
+        for (i = second; i < past; ++i) {
+          load(i, i, bits);
+          if (usable(samples_[i]))
+            add(i, bits, false);
+          else
             leave_out(k, i);
-            continue;
-          }
-          FourInts bits;
-          std::memcpy(&bits, &samples_[i], sizeof(bits));
-          add<kHalves>(i, bits, sum, half);
         }
       }
-      const size_t columns = static_cast<size_t>(columns_), width = static_cast<size_t>(film_.width());
-      size_t row = film_.pixel(batch_.pixel_x(k) * columns_, batch_.pixel_y(k) * rows_);
-      for (size_t c = 0; c < sums_; row += width)
+      // The film would keep the very first as it is, and add the others to it.
+      if (alone && few) {
+        if (usable(samples_[begin])) {
+          load(begin, begin, bits);
+          Eight x;
+          to_colours_and_ones(bits, x);
+          sum[cells_[begin]] += __builtin_shufflevector(x, x, 0, 1, 2, 3);
+        } else {
+          leave_out(k, begin);
+        }
+      }
+      size_t row = first_cell(k);
+      for (size_t c = 0; c < sums; row += width)
         for (size_t u = 0; u < columns; ++u, ++c) {
           film_.add_sum(row + u, record(sum[c]));
           if constexpr (kHalves) film_.add_half_sum(row + u, record(half[c]));
@@ -101,23 +138,33 @@ class Adder {
   static_assert(offsetof(Sample, rgb) == 0 && offsetof(Sample, valid) == 12 && sizeof(Sample) >= 16);
   static constexpr int32_t kOne = 0x3f800000, kValid = 0xff;  // 1 as a float; a bool's byte
 
-  // The sample's colour and 1 to its cell's sum. `bits` are its first.
-  template <bool kHalves>
-  TRIAD_INLINE_BODY void add(size_t i, FourInts bits, Four* sum, Four* half) const {
-    bits = (bits & FourInts{-1, -1, -1, 0}) | FourInts{0, 0, 0, kOne};
-    FourFloats rgb1;
-    std::memcpy(&rgb1, &bits, sizeof(bits));
-    const Four x = __builtin_convertvector(rgb1, Four);
-    sum[cells_[i]] += x;
-    if constexpr (kHalves) {
-      if (sobol_half(requests_[i].index)) half[cells_[i]] += x;
-    }
+  // The first 16 bytes of two samples: colours and whether they are valid.
+  TRIAD_INLINE_BODY void load(size_t i, size_t j, EightInts& bits) const {
+    FourInts first, second;
+    std::memcpy(&first, &samples_[i], sizeof(first));
+    std::memcpy(&second, &samples_[j], sizeof(second));
+    bits = __builtin_shufflevector(first, second, 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  TRIAD_INLINE_BODY static void to_colours_and_ones(const EightInts& samples, Eight& x) {
+    const EightInts bits =
+        (samples & EightInts{-1, -1, -1, 0, -1, -1, -1, 0}) | EightInts{0, 0, 0, kOne, 0, 0, 0, kOne};
+    EightFloats values;
+    std::memcpy(&values, &bits, sizeof(bits));
+    x = __builtin_convertvector(values, Eight);
   }
   TRIAD_INLINE_BODY static Film::SampleSum record(const Four& sum) {
     Film::SampleSum record;
     static_assert(sizeof(record) == sizeof(sum));
     std::memcpy(&record, &sum, sizeof(sum));
     return record;
+  }
+  TRIAD_INLINE_BODY size_t first_cell(size_t pixel) const {
+    return film_.pixel(batch_.pixel_x(pixel) * columns_, batch_.pixel_y(pixel) * rows_);
+  }
+  TRIAD_INLINE_BODY void expect(size_t pixel) const {
+    const size_t first = first_cell(pixel);
+    film_.expect_sum(first);
+    film_.expect_sum(first + static_cast<size_t>(columns_ - 1));
   }
   struct Place {
     int x, y;
@@ -153,6 +200,18 @@ class Adder {
 
 }  // namespace
 
+namespace {
+
+template <size_t kSums>
+void add_by_pixels(Adder& adder, const Film& film) {
+  if (film.planes().error)
+    run_wide([&]() TRIAD_INLINE_BODY { adder.by_pixels<true, kSums>(); });
+  else
+    run_wide([&]() TRIAD_INLINE_BODY { adder.by_pixels<false, kSums>(); });
+}
+
+}  // namespace
+
 Film::Holds film_for_cells(const Cells& cells, uint32_t spp) {
   const auto n = static_cast<size_t>(cells.x * cells.y);
   return n > 1 && n <= kMostFew && spp <= kFewSamples ? Film::Holds::kFew : Film::Holds::kMany;
@@ -165,10 +224,10 @@ bool take_into_cells(SampleTaker& taker, const Cells& cells, CellBatch& batch, s
     const Film& film = taker.film();
     if (!film.keeps_sums() || !adder.many_in_cells())
       adder.one_by_one();
-    else if (film.planes().error)
-      run_widest([&]() TRIAD_INLINE_BODY { adder.by_pixels<true>(); });
+    else if (cells.x * cells.y == 3)  // most displays
+      add_by_pixels<3>(adder, film);
     else
-      run_widest([&]() TRIAD_INLINE_BODY { adder.by_pixels<false>(); });
+      add_by_pixels<0>(adder, film);
   });
 }
 

@@ -72,6 +72,8 @@ class Film {
 
   // Whether it keeps colours, and perhaps their halves, and nothing else. Then samples can be summed before:
   bool keeps_sums() const { return colour_only_; }
+  // Whether it rounds means to float.
+  bool keeps_means() const { return !ones_.empty(); }
   // As many of these as `count`, a whole number.
   struct SampleSum {
     std::array<double, 3> rgb;
@@ -83,6 +85,10 @@ class Film {
   TRIAD_INLINE_BODY void add_half_sum(size_t pixel, const SampleSum& samples);
   // Counts one that is not kept.
   void leave_out(size_t pixel);
+  // As expect(), of any film.
+  TRIAD_INLINE_BODY void expect_sum(size_t pixel) const {
+    __builtin_prefetch(ones_.empty() ? static_cast<const void*>(&colour_[pixel]) : &ones_[pixel], 1);
+  }
 
   uint32_t count(size_t pixel) const { return ones_.empty() ? colour_[pixel].count : ones_[pixel].count; }
   // How many of the pixel's samples add() left out.
@@ -165,8 +171,10 @@ class Film {
 TRIAD_INLINE_BODY inline void Film::add_sum(size_t pixel, const SampleSum& samples) {
   if (!ones_.empty()) {
     One& few = ones_[pixel];
-    const double before = few.count, after = before + samples.count, divisor = std::max(1., after);
-    for (size_t c = 0; c < 3; ++c) few.rgb[c] = static_cast<float>((few.rgb[c] * before + samples.rgb[c]) / divisor);
+    const double before = few.count, after = before + samples.count, share = 1 / std::max(1., after);
+    std::array<float, 3> mean;
+    for (size_t c = 0; c < 3; ++c) mean[c] = static_cast<float>((few.rgb[c] * before + samples.rgb[c]) * share);
+    few.rgb = mean;
     few.count = static_cast<uint16_t>(static_cast<int32_t>(after));
     return;
   }
