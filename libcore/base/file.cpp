@@ -59,17 +59,6 @@ TemporaryName* remember_temporary(const std::string& name) {
 
 std::string reason() { return std::strerror(errno); }
 
-// The folder of the shared library that holds this function, with links resolved.
-fs::path library_folder() {
-  Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(&data_folder), &info) && info.dli_fname) {
-    std::error_code error;
-    const fs::path real = fs::canonical(info.dli_fname, error);
-    if (!error) return real.parent_path();
-  }
-  return {};
-}
-
 // Where writing to `path` ends up: the target of links, whether it exists or not. What /proc shows of a process
 // (/dev/stdout leads there) only looks like links, and is left as it is.
 fs::path follow_links(const std::string& path) {
@@ -197,12 +186,22 @@ std::string read_text_file(const std::string& path) {
   return text.str();
 }
 
+std::string library_folder() {
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<const void*>(&data_folder), &info) && info.dli_fname) {
+    std::error_code error;
+    const fs::path real = fs::canonical(info.dli_fname, error);
+    if (!error) return real.parent_path().string();
+  }
+  return {};
+}
+
 std::string data_folder() {
   if (const char* named = secure_getenv("TRIAD_DATA"); named && *named) {
     if (!fs::is_directory(named)) throw_input("TRIAD_DATA: '" + std::string(named) + "' is not a folder");
     return named;
   }
-  const fs::path installed = library_folder() / TRIAD_RELATIVE_DATA_DIR;
+  const fs::path installed = fs::path(library_folder()) / TRIAD_RELATIVE_DATA_DIR;
   if (fs::is_directory(installed / "colour")) return installed.lexically_normal().string();
   if (fs::is_directory(fs::path(TRIAD_SOURCE_DATA_DIR) / "colour")) return TRIAD_SOURCE_DATA_DIR;
   throw_input("Triad's data folder is missing: looked at '" + installed.string() +
@@ -212,9 +211,9 @@ std::string data_folder() {
 std::string plugin_folder() {
   // In the build tree the library and the plugins have folders of their own; installed, the plugins lie in
   // a folder beside the library. The one that belongs to this copy of the library wins.
-  const fs::path installed = library_folder() / "triad" / "plugins";
+  const fs::path installed = fs::path(library_folder()) / "triad" / "plugins";
   if (fs::is_directory(installed)) return installed.string();
-  return (library_folder() / ".." / "plugins").lexically_normal().string();
+  return (fs::path(library_folder()) / ".." / "plugins").lexically_normal().string();
 }
 
 void request_cancel() noexcept { g_cancel.store(true, std::memory_order_relaxed); }

@@ -51,6 +51,8 @@ std::string read_text_file(const std::string& path);
 // Where layouts, colour configuration, chains and scenes lie: $TRIAD_DATA, else beside the installed
 // library, else the source tree this library was built from. Throws Error(kInput) if there is none.
 std::string data_folder();
+// Where this library lies, with links resolved; "" if the system does not say.
+std::string library_folder();
 // Where the bundled plugins lie: beside the installed library, else the build tree.
 std::string plugin_folder();
 

@@ -12,7 +12,7 @@
 #include <fstream>
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
-#include <triad/image/internal/oiio.hpp>
+#include <triad/image/internal/picture_library.hpp>
 
 namespace triad::image {
 namespace {
@@ -243,15 +243,15 @@ void check_exr(const std::string& path) {
 // OpenImageIO's name of the format that has this extension; "" if none has.
 std::string format_of_extension(const std::string& path) {
   const std::string extension = lower(std::filesystem::path(path).extension().string());
-  std::string table;
-  OIIO::getattribute("extension_list", table);
-  for (const auto& entry : split_quoted(table, ';')) {
-    const size_t colon = entry.find(':');
-    if (colon == std::string::npos || extension.size() < 2) continue;
-    for (const auto& known : split_quoted(entry.substr(colon + 1), ','))
-      if ("." + known == extension) return entry.substr(0, colon);
-  }
-  return "";
+  if (extension.size() < 2) return "";
+  // The common ones need not wait for the library that knows them all.
+  static constexpr struct {
+    const char *extension, *format;
+  } kCommon[] = {{".exr", "openexr"}, {".png", "png"},   {".tif", "tiff"}, {".tiff", "tiff"},
+                 {".jpg", "jpeg"},    {".jpeg", "jpeg"}, {".hdr", "hdr"}};
+  for (const auto& common : kCommon)
+    if (extension == common.extension) return common.format;
+  return picture_library().format_of_extension(extension.substr(1));
 }
 
 // A still picture of pixels.

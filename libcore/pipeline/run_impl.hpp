@@ -132,9 +132,8 @@ struct Run::Impl {
   class TokenPlanner;
   struct Token;
   struct Execution;
-  void pool_map(const MetricNode& metric, const Token& token, const StripBuffer& map, Pooling& pooling) const;
-  void run_drive(const Drive& drive, Execution& execution);
-  // In what the metric compares, as far as it has been read.
+  class DriveWork;
+  // In what the metric compares, as far as it has been read (run_nonfinite.cpp).
   static NonFinite nonfinite_of(const MetricNode& metric, const Execution& execution);
   RunResult execute(const std::function<void(double)>& progress);
 
