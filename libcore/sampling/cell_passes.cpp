@@ -10,7 +10,11 @@ namespace triad {
 namespace {
 
 constexpr uint32_t kSecondPass = 16;      // samples per pixel after the second of all passes
+constexpr uint32_t kMostSoon = 64;        // that a tile takes at once where there is time
 constexpr uint32_t kMostTogether = 4096;  // of one pixel in a batch, which stays below a megabyte so
+
+// What a pass takes each pixel to that has `first`.
+uint32_t next_past(uint32_t first, uint32_t spp) { return std::min(spp, first + std::min(first, kMostTogether)); }
 
 }  // namespace
 
@@ -108,13 +112,7 @@ std::vector<size_t> CellPasses::pixels_in_tiles() const {
 bool CellPasses::take(uint32_t first, uint32_t past) {
   for (; past - first > kMostTogether; first += kMostTogether)
     if (!take(first, first + kMostTogether)) return false;
-  parallel_for(tiles_, [&](int64_t t) {
-    QueueInUse queue(*this, first, past);
-    const Rows rows = tile(t);
-    for (int y = rows.y0; y < rows.y1; ++y)
-      if (!queue->add_row(rows.x0, rows.x1, y)) return;
-    queue->flush();
-  });
+  parallel_for(tiles_, [&](int64_t t) { take_tile(t, 0, first, past); });
   return !taker_.stopped();
 }
 
@@ -133,52 +131,65 @@ bool CellPasses::take(uint32_t first, uint32_t past, std::span<const size_t> lis
   return !taker_.stopped();
 }
 
+bool CellPasses::take_tile(int64_t number, int first_row, uint32_t first, uint32_t past) {
+  QueueInUse queue(*this, first, past);
+  const Rows rows = tile(number);
+  for (int y = rows.y0 + first_row; y < rows.y1; ++y)
+    if (!queue->add_row(rows.x0, rows.x1, y)) return false;
+  return queue->flush();
+}
+
+CellPasses::AtOnce CellPasses::take_tile_soon(int64_t number, uint32_t spp, const std::function<bool()>& in_time) {
+  const uint32_t second = std::min(spp, kSecondPass);
+  const Rows rows = tile(number);
+  AtOnce done;
+  {
+    QueueInUse queue(*this, 0, second);
+    // To look at the clock costs as much as five samples: that is done after 1, 2, 4 and so on rows.
+    for (int y = rows.y0, next = y; y < rows.y1 && (y < next || in_time()); ++y, ++done.rows) {
+      if (y == next) next = rows.y0 + std::max(1, 2 * (y - rows.y0));
+      if (!queue->add_row(rows.x0, rows.x1, y)) return done;
+    }
+    if (!queue->flush()) return done;
+  }
+  if (rows.y0 + done.rows < rows.y1) {
+    take_tile(number, done.rows, 0, 1);
+    return done;
+  }
+  done.samples = second;
+  // Errors are estimated between passes, and may be small enough.
+  if (taker_.film().planes().error) return done;
+  const uint32_t most = std::min(spp, kMostSoon);
+  while (done.samples < most && in_time()) {
+    const uint32_t past = next_past(done.samples, most);
+    if (!take_tile(number, 0, done.samples, past)) return done;
+    done.samples = past;
+  }
+  return done;
+}
+
 void CellPasses::take_in_turn(uint32_t spp, const std::function<bool(PassRecord&)>& after_pass) {
   using Clock = std::chrono::steady_clock;
-  const uint32_t second = std::min(spp, kSecondPass);
   const Clock::time_point start = Clock::now();
   const std::chrono::duration<double> soon(taker_.options().soon_s);
-  std::vector<int> rows_at_once(static_cast<size_t>(tiles_));  // of each tile, from its top
-  std::atomic<bool> all_at_once = true;
-  const auto end_pass = [&] {
+  const auto in_time = [&] { return Clock::now() - start < soon; };
+  std::vector<AtOnce> done(static_cast<size_t>(tiles_));
+  parallel_for(tiles_, [&](int64_t t) { done[static_cast<size_t>(t)] = take_tile_soon(t, spp, in_time); });
+  const auto goes_on = [&] {
     PassRecord& pass = taker_.end_pass();
     return !taker_.stopped() && after_pass(pass);
   };
-  parallel_for(tiles_, [&](int64_t t) {
-    const Rows rows = tile(t);
-    int y = rows.y0;
-    {
-      QueueInUse queue(*this, 0, second);
-      // Looking at the clock costs as much as five samples: that is done after 1, 2, 4 and so on rows.
-      for (int next = y; y < rows.y1 && (y < next || Clock::now() - start < soon); ++y) {
-        if (y == next) next = rows.y0 + std::max(1, 2 * (y - rows.y0));
-        if (!queue->add_row(rows.x0, rows.x1, y)) return;
-      }
-      queue->flush();
-    }
-    rows_at_once[static_cast<size_t>(t)] = y - rows.y0;
-    if (y == rows.y1) return;
-    all_at_once = false;
-    QueueInUse queue(*this, 0, 1);
-    for (; y < rows.y1; ++y)
-      if (!queue->add_row(rows.x0, rows.x1, y)) return;
-    queue->flush();
-  });
-  if (!end_pass()) return;
-  if (!all_at_once && second > 1) {
+  if (!goes_on()) return;
+  for (uint32_t first = 1, past = std::min(spp, kSecondPass); first < spp;
+       first = past, past = next_past(past, spp)) {
+    std::atomic<bool> any = false;
     parallel_for(tiles_, [&](int64_t t) {
-      QueueInUse queue(*this, 1, second);
-      const Rows rows = tile(t);
-      for (int y = rows.y0 + rows_at_once[static_cast<size_t>(t)]; y < rows.y1; ++y)
-        if (!queue->add_row(rows.x0, rows.x1, y)) return;
-      queue->flush();
+      const AtOnce& tile = done[static_cast<size_t>(t)];
+      if (tile.samples >= past) return;
+      any = true;
+      take_tile(t, first == 1 ? tile.rows : 0, first, past);
     });
-    if (!end_pass()) return;
-  }
-  for (uint32_t first = second, past; first < spp; first = past) {
-    past = std::min(spp, first + std::min(first, kMostTogether));
-    take(first, past);
-    if (!end_pass()) return;
+    if (any && !goes_on()) return;
   }
 }
 
