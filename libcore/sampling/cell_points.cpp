@@ -5,6 +5,7 @@
 #include <triad/base/random.hpp>
 #include <triad/numeric/widest.hpp>
 #include <triad/sampling/cell_points.hpp>
+#include <triad/sampling/cell_points_avx512.hpp>
 #include <triad/sampling/sobol.hpp>
 #include <type_traits>
 
@@ -41,6 +42,7 @@ CellBatch::CellBatch(const CellPoints& points, uint32_t first, uint32_t past, fl
   for (size_t i = 0; i < n; ++i) requests_[i].index = first + static_cast<uint32_t>(i % per_pixel_);
   if (points.points_.kind() != PixelPoints::Kind::kSobol) return;
   for (auto* each : {&start_x_, &start_y_, &seed_x_, &seed_y_}) each->resize(n);
+  for (auto* each : {&pixel_seed_x_, &pixel_seed_y_}) each->resize(pixels);
   for (size_t i = 0; i < n; ++i) {
     const uint32_t index = requests_[i].index;
     const std::array<uint32_t, 2> plain =
@@ -50,30 +52,25 @@ CellBatch::CellBatch(const CellPoints& points, uint32_t first, uint32_t past, fl
   }
 }
 
+TRIAD_INLINE_BODY inline void CellBatch::seed_pixels() {
+  const size_t n = pixels_;
+  uint32_t *const seed_x = pixel_seed_x_.data(), *const seed_y = pixel_seed_y_.data();
+  const int32_t *const pixel_x = pixel_x_.data(), *const pixel_y = pixel_y_.data();
+  const uint64_t seed = seed_;
+  for (size_t k = 0; k < n; ++k) {
+    const SobolOwenSeeds seeds(SampleRandom::pixel_key(pixel_x[k], pixel_y[k], seed));
+    seed_x[k] = seeds.x;
+    seed_y[k] = seeds.y;
+  }
+}
+
 // As sobol_owen_places() does it, but with all samples of all pixels side by side.
 TRIAD_INLINE_BODY inline void CellBatch::place_sobol_owen() {
   const size_t n = pixels_ * per_pixel_, per_pixel = per_pixel_;
   uint32_t *const seed_x = seed_x_.data(), *const seed_y = seed_y_.data();
-  const int32_t *const pixel_x = pixel_x_.data(), *const pixel_y = pixel_y_.data();
-  constexpr size_t kAtOnce = 16;
-  for (size_t begin = 0; begin < pixels_; begin += kAtOnce) {
-    const size_t count = std::min(kAtOnce, pixels_ - begin);
-    std::array<uint32_t, kAtOnce> x, y;
-    std::array<int32_t, kAtOnce> at_x{}, at_y{};
-    for (size_t k = 0; k < count; ++k) {
-      at_x[k] = pixel_x[begin + k];
-      at_y[k] = pixel_y[begin + k];
-    }
-    for (size_t k = 0; k < kAtOnce; ++k) {
-      const SobolOwenSeeds seeds(SampleRandom::pixel_key(at_x[k], at_y[k], seed_));
-      x[k] = seeds.x;
-      y[k] = seeds.y;
-    }
-    for (size_t k = 0; k < count; ++k) {
-      const size_t first = (begin + k) * per_pixel;
-      std::fill_n(seed_x + first, per_pixel, x[k]);
-      std::fill_n(seed_y + first, per_pixel, y[k]);
-    }
+  for (size_t k = 0; k < pixels_; ++k) {
+    std::fill_n(seed_x + k * per_pixel, per_pixel, pixel_seed_x_[k]);
+    std::fill_n(seed_y + k * per_pixel, per_pixel, pixel_seed_y_[k]);
   }
   const uint32_t *const start_x = start_x_.data(), *const start_y = start_y_.data();
   double *const x = x_.data(), *const y = y_.data();
@@ -121,8 +118,20 @@ TRIAD_INLINE_BODY inline void CellBatch::move_into_cells() {
 }
 
 void CellBatch::place() {
+#if defined(__x86_64__)
+  static const bool by_hand = default_cpu_path() == CpuPath::kAvx512;
+  if (by_hand && points_.points_.kind() == PixelPoints::Kind::kSobol && per_pixel_ % avx512::kTogether == 0) {
+    run_widest([&]() TRIAD_INLINE_BODY { seed_pixels(); });
+    for (size_t k = 0; k < pixels_; ++k)
+      avx512::place_in_cells({pixel_x_[k], pixel_y_[k], pixel_seed_x_[k], pixel_seed_y_[k]}, points_.across_,
+                             points_.down_, start_x_.data(), start_y_.data(),
+                             std::span(requests_).subspan(k * per_pixel_, per_pixel_), &cell_[k * per_pixel_]);
+    return;
+  }
+#endif
   if (points_.points_.kind() == PixelPoints::Kind::kSobol)
     return run_widest([&]() TRIAD_INLINE_BODY {
+      seed_pixels();
       place_sobol_owen();
       move_into_cells();
     });

@@ -62,6 +62,7 @@ class CellBatch {
   int32_t pixel_y(size_t pixel) const { return pixel_y_[pixel]; }
 
  private:
+  TRIAD_INLINE_BODY void seed_pixels();
   TRIAD_INLINE_BODY void place_sobol_owen();
   TRIAD_INLINE_BODY void move_into_cells();
 
@@ -77,6 +78,7 @@ class CellBatch {
   std::vector<uint32_t> cell_;
   // Of Sobol points: where their scrambling starts, which never changes, and with which seed it goes on.
   std::vector<uint32_t> start_x_, start_y_, seed_x_, seed_y_;
+  std::vector<uint32_t> pixel_seed_x_, pixel_seed_y_;  // of each pixel
 };
 
 }  // namespace triad

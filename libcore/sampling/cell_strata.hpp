@@ -43,10 +43,15 @@ class CellSide {
   // Whether it leaves all places as they are.
   bool stays() const { return cells_.size() == 1 && cells_[0].scale == 1; }
 
- private:
   struct Cell {
     double start, scale;  // its first place, and cells by which a place moves it
   };
+  // One for all where nothing is moved.
+  std::span<const Cell> cells() const { return cells_; }
+  uint32_t count() const { return count_; }
+
+ private:
+  uint32_t count_;
   std::vector<Cell> cells_;
 };
 
