@@ -11,7 +11,7 @@ namespace triad {
 namespace {
 
 typedef int32_t FourInts __attribute__((vector_size(16)));
-typedef double Four __attribute__((vector_size(32)));
+using Four = Film::SampleSum;
 typedef int32_t EightInts __attribute__((vector_size(32)));
 typedef float EightFloats __attribute__((vector_size(32)));
 typedef double Eight __attribute__((vector_size(64)));
@@ -115,8 +115,8 @@ class Adder {
       size_t row = first_cell(k);
       for (size_t c = 0; c < sums; row += width)
         for (size_t u = 0; u < columns; ++u, ++c) {
-          film_.add_sum(row + u, record(sum[c]));
-          if constexpr (kHalves) film_.add_half_sum(row + u, record(half[c]));
+          film_.add_sum(row + u, sum[c]);
+          if constexpr (kHalves) film_.add_half_sum(row + u, half[c]);
         }
     }
   }
@@ -152,12 +152,6 @@ class Adder {
     std::memcpy(&values, &bits, sizeof(bits));
     x = __builtin_convertvector(values, Eight);
   }
-  TRIAD_INLINE_BODY static Film::SampleSum record(const Four& sum) {
-    Film::SampleSum record;
-    static_assert(sizeof(record) == sizeof(sum));
-    std::memcpy(&record, &sum, sizeof(sum));
-    return record;
-  }
   TRIAD_INLINE_BODY size_t first_cell(size_t pixel) const {
     return film_.pixel(batch_.pixel_x(pixel) * columns_, batch_.pixel_y(pixel) * rows_);
   }
@@ -178,7 +172,7 @@ class Adder {
     const Sample& sample = samples_[i];
     if (!usable(sample)) return leave_out(pixel, i);
     const auto [x, y] = place(pixel, i);
-    const Film::SampleSum one{{sample.rgb[0], sample.rgb[1], sample.rgb[2]}, 1};
+    const Film::SampleSum one{sample.rgb[0], sample.rgb[1], sample.rgb[2], 1};
     film_.add_sum(film_.pixel(x, y), one);
     if (film_.planes().error && sobol_half(requests_[i].index)) film_.add_half_sum(film_.pixel(x, y), one);
   }

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string>
 #include <triad/image/image.hpp>
@@ -74,11 +76,8 @@ class Film {
   bool keeps_sums() const { return colour_only_; }
   // Whether it rounds means to float.
   bool keeps_means() const { return !ones_.empty(); }
-  // As many of these as `count`, a whole number.
-  struct SampleSum {
-    std::array<double, 3> rgb;
-    double count;
-  };
+  // Red, green and blue, and how many samples they are of.
+  typedef double SampleSum __attribute__((vector_size(32)));
   // Adds samples that are all kept; with planes().error, those of them for which sobol_half() is 1 by themselves,
   // too.
   TRIAD_INLINE_BODY void add_sum(size_t pixel, const SampleSum& samples);
@@ -171,25 +170,38 @@ class Film {
 TRIAD_INLINE_BODY inline void Film::add_sum(size_t pixel, const SampleSum& samples) {
   if (!ones_.empty()) {
     One& few = ones_[pixel];
-    const double before = few.count, after = before + samples.count, share = 1 / std::max(1., after);
+    const double before = few.count, after = before + samples[3], share = 1 / std::max(1., after);
     std::array<float, 3> mean;
-    for (size_t c = 0; c < 3; ++c) mean[c] = static_cast<float>((few.rgb[c] * before + samples.rgb[c]) * share);
+    for (size_t c = 0; c < 3; ++c) mean[c] = static_cast<float>((few.rgb[c] * before + samples[c]) * share);
     few.rgb = mean;
     few.count = static_cast<uint16_t>(static_cast<int32_t>(after));
     return;
   }
+  using Four = SampleSum;
+  constexpr Four kNothing{};
   Colour& colour = colour_[pixel];
-  for (size_t c = 0; c < 3; ++c) {
-    // Knuth's TwoSum.
-    const double x = samples.rgb[c], sum = colour.sum[c], after = sum + x, came = after - sum;
-    colour.compensation[c] += (sum - (after - came)) + (x - came);
-    colour.sum[c] = after;
-  }
-  colour.count += static_cast<uint32_t>(samples.count);
+  // A fourth lane of either is what follows in the record: it is stored, too, and then written anew.
+  constexpr size_t kThree = 3 * sizeof(double);
+  static_assert(sizeof(Colour) >= kThree + sizeof(Four));
+  char* const record = reinterpret_cast<char*>(&colour);
+  const uint32_t count = colour.count + static_cast<uint32_t>(static_cast<int32_t>(samples[3]));
+  const uint32_t left_out = colour.left_out;
+  Four sum, lost;
+  std::memcpy(&sum, record, sizeof(sum));
+  std::memcpy(&lost, record + kThree, sizeof(lost));
+  sum = __builtin_shufflevector(sum, kNothing, 0, 1, 2, 4);
+  lost = __builtin_shufflevector(lost, kNothing, 0, 1, 2, 4);
+  // Knuth's TwoSum.
+  const Four after = sum + samples, came = after - sum;
+  lost += (sum - (after - came)) + (samples - came);
+  std::memcpy(record, &after, sizeof(after));
+  std::memcpy(record + kThree, &lost, sizeof(lost));
+  colour.count = count;
+  colour.left_out = left_out;
 }
 TRIAD_INLINE_BODY inline void Film::add_half_sum(size_t pixel, const SampleSum& samples) {
-  for (size_t c = 0; c < 3; ++c) half_[pixel].sum[c] += samples.rgb[c];
-  half_[pixel].count += static_cast<uint32_t>(samples.count);
+  for (size_t c = 0; c < 3; ++c) half_[pixel].sum[c] += samples[c];
+  half_[pixel].count += static_cast<uint32_t>(samples[3]);
 }
 inline void Film::leave_out(size_t pixel) {
   if (ones_.empty())
