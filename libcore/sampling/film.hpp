@@ -78,8 +78,8 @@ class Film {
   bool keeps_means() const { return !ones_.empty(); }
   // Red, green and blue, and how many samples they are of.
   typedef double SampleSum __attribute__((vector_size(32)));
-  // Adds samples that are all kept; with planes().error, those of them for which sobol_half() is 1 by themselves,
-  // too.
+  // Adds samples that are all kept, as exactly as they were summed; with planes().error, those of them for which
+  // sobol_half() is 1 by themselves, too.
   TRIAD_INLINE_BODY void add_sum(size_t pixel, const SampleSum& samples);
   TRIAD_INLINE_BODY void add_half_sum(size_t pixel, const SampleSum& samples);
   // Counts one that is not kept.

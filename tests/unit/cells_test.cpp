@@ -13,6 +13,7 @@
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/analytic.hpp>
+#include <triad/sampling/cell_points.hpp>
 #include <triad/sampling/sobol.hpp>
 #include <triad/sampling/strategy.hpp>
 
@@ -334,6 +335,30 @@ TEST(Cells, MeansAndCountsAreThoseOfTheSamples) {
         }
         EXPECT_EQ(result.dropped, left_out);
       }
+}
+
+// Whole sixteens of samples may be placed by hand for the machine's widest vectors, fifteen are not.
+TEST(Cells, PointsArePlacedTheSameInBatchesOfAnySize) {
+  for (const uint32_t spp : {16u, 48u, 64u})
+    for (const Cells cells : {Cells{1, 1}, Cells{3, 1}, Cells{1, 3}, Cells{2, 2}, Cells{6, 6}, Cells{16, 1}}) {
+      const PixelPoints points(PixelPoints::Kind::kSobol, spp);
+      const CellPoints in_cells(points, cells);
+      CellBatch whole(in_cells, spp - 16, spp, .25f, 7), part(in_cells, spp - 16, spp - 1, .25f, 7);
+      while (!whole.full() && !part.full())
+        for (CellBatch* each : {&whole, &part}) each->add(3 + static_cast<int>(each->pixels()) * 1001, 70'000);
+      whole.place();
+      part.place();
+      for (size_t k = 0; k < part.pixels(); ++k)
+        for (size_t i = 0; i < 15; ++i) {
+          const SampleRequest &a = whole.requests()[16 * k + i], &b = part.requests()[15 * k + i];
+          ASSERT_EQ(a.x, b.x);
+          ASSERT_EQ(a.y, b.y);
+          ASSERT_EQ(std::tie(a.pixel_x, a.pixel_y, a.index), std::tie(b.pixel_x, b.pixel_y, b.index));
+          ASSERT_EQ(whole.cells()[16 * k + i], part.cells()[15 * k + i]);
+          const int column = static_cast<int>(std::floor(a.x)) - a.pixel_x * cells.x;
+          ASSERT_EQ(static_cast<int>(part.cells()[15 * k + i]) % cells.x, column);
+        }
+    }
 }
 
 TEST(Cells, SameBitsForAnyThreadsAndTiles) {
