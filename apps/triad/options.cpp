@@ -139,7 +139,8 @@ void MetricOptions::add(CLI::App& verb, const std::string& reference_doc) {
   add_text(
       verb, "--map-scale", maps.scale,
       "Values that the colours span: LOW:HIGH, each (every map its own) or common (default: 0 to what the metric "
-      "can reach, else one scale for all maps of a metric)",
+      "can reach, else one scale for all maps of a metric, from 0 to what 99 % of the values do not exceed; of maps "
+      "with values below 0, from the least to the greatest)",
       "SCALE");
   verb.add_option("--colour-map,--color-map", maps.colour_map, "Colours of maps: magma or viridis")
       ->type_name("NAME")

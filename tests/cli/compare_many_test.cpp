@@ -285,6 +285,43 @@ TEST_F(CompareMany, MapsShareAScaleUnlessTold) {
   EXPECT_TRUE(exists("maps/near.error.png"));
 }
 
+// Stops: the exposure at which a pixel is worst. Of light that is bright, they are all below 0.
+TEST_F(CompareMany, MapsWithValuesBelowZeroSpanWhatTheyHold) {
+  const auto light = [&](const std::string& name, double error) {
+    save(path(name), from_function(24, 16, 3, [&](int x, int y, int) {
+           return std::exp2(4 + x % 5) * (1 + error * ((x * 7 + y * 3) % 4));
+         }));
+  };
+  light("light.exr", 0);
+  light("a.exr", .2);
+  light("b.exr", .01);
+  const auto json =
+      expect_success({"compare", "a.exr", "b.exr", "--ref", "light.exr", "-m", "flip:mode=hdr,map=exposure", "--map",
+                      "maps/", "--map-format", "png", "--sheet", "maps/", "--json", "-"})
+          .json();
+  expect_success(
+      {"compare", "a.exr", "b.exr", "--ref", "light.exr", "-m", "flip:mode=hdr,map=exposure", "--map", "floats/"});
+  float least = 1e9f, greatest = -1e9f;
+  for (const std::string name : {"floats/a.flip.exr", "floats/b.flip.exr"})
+    for (const float stops : load(path(name)).values) {
+      least = std::min(least, stops);
+      greatest = std::max(greatest, stops);
+    }
+  ASSERT_LT(least, greatest);
+  ASSERT_LT(greatest, 0);
+  ASSERT_EQ(json["files"].size(), 4u);
+  for (const auto& file : json["files"]) {
+    // Two digits, outwards.
+    EXPECT_LE(file["scales"]["flip"]["low"], least);
+    EXPECT_NEAR(file["scales"]["flip"]["low"], least, .051 * std::abs(least));
+    EXPECT_GE(file["scales"]["flip"]["high"], greatest);
+    EXPECT_NEAR(file["scales"]["flip"]["high"], greatest, .051 * std::abs(greatest));
+  }
+  float brightest = 0;
+  for (const float code : load(path("maps/a.flip.png")).values) brightest = std::max(brightest, code);
+  EXPECT_GT(brightest, .9);
+}
+
 TEST_F(CompareMany, AMetricMaySayHowFarItsMapReaches) {
   expect_success({"compare", "renders/far.exr", "--ref", "ref.exr", "-m", "bounded-map", "--plugin-path",
                   TRIAD_BOUNDED_PLUGIN, "--map", "m.png"});
