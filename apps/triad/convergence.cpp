@@ -216,7 +216,7 @@ void check_costs(const Series& one, const SeriesFit& fit) {
   const SeriesPicture& picture = one.pictures[odd->point];
   warn(picture.file + ": " + (samples ? picture.cost.samples_from : picture.cost.seconds_from) + " says " +
        format_double(points[odd->point].cost) + what + ", but its error is that of about " +
-       std::to_string(std::llround(odd->expected_cost)) + " among the others of '" + one.name + "'");
+       rough_cost(odd->expected_cost) + " among the others of '" + one.name + "'");
 }
 
 EqualErrors compare_series(const ConvergenceFindings& findings, size_t other) {
