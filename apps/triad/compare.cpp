@@ -183,7 +183,7 @@ void compare(const CompareOptions& options) {
     results.insert(results.end(), picture.results.begin(), picture.results.end());
   const std::vector<Ranking> rankings = rank_pictures(judged, comparison.metrics, main_scores, comparison.sort);
   write_reports(options, comparison, judged, results, rankings, files, read_reference);
-  g_exit_status = std::max(g_exit_status, report_failures(comparison.thresholds, results));
+  g_exit_status = std::max(g_exit_status, report_failures(comparison.thresholds, results, {"ignore", "zero"}));
   if (!options.report.empty() && !results.empty())
     write_report(comparison_report(results, options.picture.read(), read_reference), comparison.colours,
                  options.report);

@@ -140,9 +140,7 @@ void judge(const ConvergenceOptions& options, const ChainItem& metric, Convergen
       ++done;
       const MetricResult& judged = result.metrics.at(0);
       if (judged.nonfinite_failed)
-        throw_input(picture.file + ": " + std::to_string(judged.nonfinite.nan) + " NaN and " +
-                    std::to_string(judged.nonfinite.inf) +
-                    " infinite values in it and its reference; no scores without --nan ignore or --nan zero");
+        throw_input(picture.file + ": " + nonfinite_refusal(judged.nonfinite, {"ignore", "zero"}));
       for (const auto& score : judged.scores)
         if (score.name == findings.score) picture.score = score.value;
       if (picture.score == 0)

@@ -231,22 +231,26 @@ bool attempt(bool several, const std::function<void()>& work) {
 
 int report(const MetricOptions& options, const std::vector<Threshold>& thresholds,
            const std::vector<PooledName>& pooled, const std::vector<MetricResult>& results,
-           const std::vector<RunRecord>& runs) {
+           const std::vector<RunRecord>& runs, const std::vector<std::string>& policies) {
   if (options.json != "-" && options.csv != "-") std::cout << results_to_table(results, pooled) << std::flush;
   if (!options.json.empty()) write_text_file(options.json, results_to_json(results, runs));
   if (!options.csv.empty()) write_text_file(options.csv, results_to_csv(results));
-  return report_failures(thresholds, results);
+  return report_failures(thresholds, results, policies);
 }
 
-int report_failures(const std::vector<Threshold>& thresholds, const std::vector<MetricResult>& results) {
+std::string nonfinite_refusal(const NonFinite& found, const std::vector<std::string>& policies) {
+  return std::to_string(found.nan) + " NaN and " + std::to_string(found.inf) +
+         " infinite values in it and its reference; no scores without --nan " + join(policies, " or --nan ");
+}
+
+int report_failures(const std::vector<Threshold>& thresholds, const std::vector<MetricResult>& results,
+                    const std::vector<std::string>& policies) {
   int status = 0;
   std::string seen;
   for (const MetricResult& result : results) {
     if (!result.nonfinite_failed || result.test == seen) continue;
     seen = result.test;
-    std::cerr << "triad: " << printable(result.test) << ": " << result.nonfinite.nan << " NaN and "
-              << result.nonfinite.inf
-              << " infinite values in it and its reference; no scores without --nan ignore or --nan zero\n";
+    std::cerr << "triad: " << printable(result.test) << ": " << nonfinite_refusal(result.nonfinite, policies) << "\n";
     status = 1;
   }
   for (const std::string& line : failed_thresholds(thresholds, results)) {
