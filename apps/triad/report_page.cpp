@@ -9,6 +9,7 @@
 #include <numbers>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/base/text.hpp>
 #include <triad/colour/file_space.hpp>
@@ -31,7 +32,7 @@ constexpr size_t kLargestPage = 100'000'000;  // bytes
 
 std::string escaped(const std::string& text) {
   std::string html;
-  for (const char c : text) switch (c) {
+  for (const char c : escape_non_utf8(text)) switch (c) {
       case '&': html += "&amp;"; break;
       case '<': html += "&lt;"; break;
       case '>': html += "&gt;"; break;
@@ -44,7 +45,7 @@ std::string escaped(const std::string& text) {
 
 // JSON that may stand in a script element: no text in it can end that element or begin a comment.
 std::string script_json(const Json& json) {
-  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  const std::string text = json_text(json, -1);
   std::string safe;
   safe.reserve(text.size());
   for (const char c : text) c == '<' ? safe += "\\u003c" : safe += c;  // outside of strings JSON has none

@@ -71,6 +71,22 @@ TEST(Text, FormatsForPeople) {
     EXPECT_FALSE(triad::is_valid_utf8(bad));
 }
 
+TEST(Text, EscapesWhatIsNoUtf8) {
+  for (const auto& [bytes, text] : {std::pair<std::string, std::string>{"gr\xfcn.exr", "gr\\xfcn.exr"},
+                                    {"gr\xc3\xbcn.exr", "gr\xc3\xbcn.exr"},
+                                    {"\xe2\x82", "\\xe2\\x82"},
+                                    {"\xc0\x80\xff", "\\xc0\\x80\\xff"},
+                                    {"\xed\xa0\x80", "\\xed\\xa0\\x80"},
+                                    {"", ""}}) {
+    EXPECT_EQ(triad::escape_non_utf8(bytes), text);
+    EXPECT_TRUE(triad::is_valid_utf8(text));
+    EXPECT_EQ(triad::unescape_non_utf8(text), bytes);
+  }
+  // What was never a byte of such a name stays.
+  for (const char* text : {"a\\x41", "a\\x", "a\\xf", "\\xFC", "\\xgf"})
+    EXPECT_EQ(triad::unescape_non_utf8(text), text);
+}
+
 class Files : public testing::Test {
  protected:
   void SetUp() override {
