@@ -117,10 +117,8 @@ ReadOptions PictureOptions::read_reference() const {
 void PictureOptions::apply(RunRequest& request) const {
   request.strip_rows = strip_rows;
   if (!max_memory.empty()) {
-    const auto bytes = parse_bytes(max_memory);
-    if (!bytes) throw_usage("--max-memory '" + max_memory + "' is not a size; write 400M or 2G");
-    request.max_memory = *bytes;
-    set_scratch_budget(*bytes);
+    request.max_memory = parse_memory(max_memory);
+    set_scratch_budget(request.max_memory);
   }
   if (threads > 0) set_thread_limit(threads);
 }
@@ -206,6 +204,12 @@ void MetricOptions::check_outputs(const std::vector<std::string>& others) const 
   std::vector<std::string> with_json = others;
   with_json.push_back(json);
   check_report_file("--csv", csv, with_json);
+}
+
+uint64_t parse_memory(const std::string& text) {
+  const auto bytes = parse_bytes(text);
+  if (!bytes) throw_usage("--max-memory '" + text + "' is not a size; write 400M or 2G");
+  return *bytes;
 }
 
 NanPolicy parse_nan(const std::string& text, const std::vector<std::string>& allowed) {

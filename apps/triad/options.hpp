@@ -60,6 +60,8 @@ struct MetricOptions {
   void check_outputs(const std::vector<std::string>& others) const;
 };
 
+// Bytes, of --max-memory's text. Throws Error(kUsage).
+uint64_t parse_memory(const std::string& text);
 NanPolicy parse_nan(const std::string& text, const std::vector<std::string>& allowed);
 
 // Whether `path` (""/"-": none, standard output) can be written for `option` and is none of `others`, the files that

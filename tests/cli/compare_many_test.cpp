@@ -229,6 +229,25 @@ TEST_F(CompareMany, ExitsWithOneOverALimitAlone) {
   EXPECT_EQ(crossed.error_lines().size(), 1u) << crossed.err;
 }
 
+// A page holds its pictures: 20 bytes a pixel of each, and what packing takes.
+TEST_F(CompareMany, ReportsStayWithinTheMemory) {
+  save_claim(path("renders/large.tif"), 2000, 2000);  // whole and black
+  const std::vector<std::string> start{"compare", "renders/*", "--ref", "ref.exr", "-m", "error"};
+  std::vector<std::string> with_report = start;
+  with_report.insert(with_report.end(), {"--report", "page.html", "--max-memory", "300M"});
+  if (triad({"compare", "ref.exr", "--ref", "ref.exr", "-m", "error", "--report", "p.html"}).status != 0)
+    GTEST_SKIP() << "built without the viewer";
+  // Before the work: the pictures are not judged, nor are files left.
+  expect_refusal(with_report, {"a report of 5 pictures", "--max-memory", "M would do"});
+  fs::remove(path("renders/large.tif"));
+  expect_success(with_report);
+  expect_success({"compare", "ref.exr", "--ref", "ref.exr", "-m", "error", "--json", "s.json"});
+  expect_refusal({"report", "s.json", "--max-memory", "100M"},
+                 {"a report of 2 pictures", "--max-memory 14", "M would"});
+  expect_refusal({"report", "s.json", "--max-memory", "much"}, {"--max-memory", "much"});
+  expect_success({"report", "s.json", "--max-memory", "160M"});
+}
+
 TEST_F(CompareMany, SaysThatAReferenceIsBlack) {
   grey("black.exr", 0);
   const Outcome outcome = expect_status(0, {"compare", "renders/*.exr", "--ref", "black.exr", "-m", "error", "-q"});
