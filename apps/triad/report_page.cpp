@@ -135,6 +135,7 @@ Packed pack_picture(const ReportPicture& picture, const ColourConfig& colours) {
   reader->read_rows(0, spec.height, all.data(), static_cast<size_t>(spec.width) * channels);
   for (size_t i = 0; i < pixels; ++i)
     for (size_t c = 0; c < 3; ++c) rgb[3 * i + c] = all[i * channels + std::min(c, colour - 1)];
+  std::vector<float>().swap(all);  // packing needs as much again
   const std::string space = file_colour_space(*reader, picture.read.colour_space, colours);
   if (!space.empty() && !colours.is_data(space))
     colours.transform(space, colours.lin_rec709()).apply(rgb.data(), pixels, 3, -1);
@@ -312,7 +313,10 @@ std::string filled(std::string_view page, const std::map<std::string, std::strin
   html.reserve(length);
   for (size_t at = 0;;) {
     const size_t begin = page.find("%triad-", at);
-    if (begin == std::string_view::npos) return html.append(page.substr(at));
+    if (begin == std::string_view::npos) {
+      html.append(page.substr(at));
+      return html;
+    }
     const size_t end = page.find('%', begin + 1);
     const auto found = values.find(std::string(page.substr(begin, end + 1 - begin)));
     if (found == values.end()) throw_internal("the report's page has an unknown place");
@@ -368,7 +372,7 @@ void write_report(const ReportData& data, const ColourConfig& colours, const std
     for (size_t i = 0; i < packed.size(); ++i) {
       check_cancel();
       write_text_file(folder / fmt::format("{}.js", i), fmt::format("triadPicture({},\"{}\")\n", i, packed[i].exact));
-      packed[i].exact = {};
+      std::string().swap(packed[i].exact);
     }
   }
   std::string scripts = "<script type=\"application/json\" id=\"triad-report\">" +
@@ -380,7 +384,8 @@ void write_report(const ReportData& data, const ColourConfig& colours, const std
     scripts += fmt::format("<script type=\"text/plain\" id=\"triad-picture-{}\">", i);
     scripts += side_folder.empty() ? packed[i].exact : packed[i].codes;
     scripts += "</script>\n";
-    packed[i] = {};
+    std::string().swap(packed[i].exact);
+    std::string().swap(packed[i].codes);
   }
   std::string facts;
   for (const auto& [name, value] : data.facts)
