@@ -31,9 +31,21 @@ void run_widest(const Body& body) {
   }
 }
 
+// The same for bodies of short vectors that gain nothing from the widest ones, and whose halves are at hand in those
+// of 32 bytes.
+template <class Body>
+void run_wide(const Body& body) {
+  static const bool wide = default_cpu_path() != CpuPath::kBaseline;
+  return wide ? run_avx2(body) : body();
+}
+
 #else
 
 #define TRIAD_INLINE_BODY
+template <class Body>
+void run_wide(const Body& body) {
+  body();
+}
 template <class Body>
 void run_widest(const Body& body) {
   body();

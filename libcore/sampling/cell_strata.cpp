@@ -24,8 +24,8 @@ CellStrata cell_strata(const PixelPoints& points, const Cells& cells) {
   return {std::min(kMost, 1u << across), std::min(kMost, 1u << (bits - across))};
 }
 
-CellSide::CellSide(uint32_t strata, int cells) {
-  const auto n = static_cast<uint32_t>(cells);
+CellSide::CellSide(uint32_t strata, int cells) : count_(static_cast<uint32_t>(cells)) {
+  const uint32_t n = count_;
   if (strata < n) {
     cells_ = {{0, static_cast<double>(n)}};
     return;

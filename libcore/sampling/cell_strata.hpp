@@ -28,32 +28,30 @@ class CellSide {
   // Both at least 1.
   CellSide(uint32_t strata, int cells);
   // From places in [0, 1) to cells from the pixel's edge.
-  TRIAD_INLINE_BODY void move(std::span<double> places) const {
-    if (cells_.size() == 1 && cells_[0].scale == 1) return;
-    constexpr size_t kAtOnce = 64;
-    for (size_t begin = 0; begin < places.size(); begin += kAtOnce) {
-      const auto some = places.subspan(begin, std::min(kAtOnce, places.size() - begin));
-      std::array<double, kAtOnce> cell, start, scale;
-      cell.fill(0);
-      start.fill(0);
-      scale.fill(cells_[0].scale);
-      for (size_t c = 1; c < cells_.size(); ++c) {
-        const double from = cells_[c].start, by = cells_[c].scale, number = static_cast<double>(c);
-        for (size_t i = 0; i < some.size(); ++i) {
-          const bool past = some[i] >= from;
-          cell[i] = past ? number : cell[i];
-          start[i] = past ? from : start[i];
-          scale[i] = past ? by : scale[i];
-        }
-      }
-      for (size_t i = 0; i < some.size(); ++i) some[i] = cell[i] + (some[i] - start[i]) * scale[i];
+  typedef double Eight __attribute__((vector_size(64)));
+  TRIAD_INLINE_BODY void move(Eight& places) const {
+    if (stays()) return;
+    Eight cell{}, start{}, scale = cells_[0].scale - Eight{};
+    for (size_t c = 1; c < cells_.size(); ++c) {
+      const auto past = places >= cells_[c].start;
+      cell = past ? static_cast<double>(c) - Eight{} : cell;
+      start = past ? cells_[c].start - Eight{} : start;
+      scale = past ? cells_[c].scale - Eight{} : scale;
     }
+    places = cell + (places - start) * scale;
   }
+  // Whether it leaves all places as they are.
+  bool stays() const { return cells_.size() == 1 && cells_[0].scale == 1; }
 
- private:
   struct Cell {
     double start, scale;  // its first place, and cells by which a place moves it
   };
+  // One for all where nothing is moved.
+  std::span<const Cell> cells() const { return cells_; }
+  uint32_t count() const { return count_; }
+
+ private:
+  uint32_t count_;
   std::vector<Cell> cells_;
 };
 

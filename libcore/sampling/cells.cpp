@@ -4,17 +4,14 @@
 #include <limits>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
-#include <triad/numeric/widest.hpp>
 #include <triad/sampling/cell_estimates.hpp>
-#include <triad/sampling/cell_strata.hpp>
-#include <triad/sampling/pixel_batches.hpp>
-#include <triad/sampling/pixel_points.hpp>
+#include <triad/sampling/cell_passes.hpp>
+#include <triad/sampling/cell_sums.hpp>
 #include <triad/sampling/strategy_base.hpp>
 
 namespace triad {
 namespace {
 
-constexpr size_t kMostCells = 64 * 64;  // of a display pixel, as parse_cells() allows
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const StrategyInfo kInfo{
@@ -43,38 +40,6 @@ const StrategyInfo kInfo{
      {"least", "samples in each pixel with a threshold", 2, 1 << 24, 8},
      {"ppd", "pixels of the display in a degree of the view, for the threshold", 1, 10000, 40, true}}};
 
-// Samples counted by cell; then, for each, its place where all are ordered by cells.
-class ManyCells {
- public:
-  explicit ManyCells(size_t cells) : cells_(cells) { std::fill_n(next_.begin(), cells + 1, 0); }
-  void add(size_t cell) { ++next_[cell + 1]; }
-  void to_places() {
-    for (size_t c = 1; c < cells_; ++c) next_[c] += next_[c - 1];
-  }
-  size_t next(size_t cell) { return next_[cell]++; }
-
- private:
-  size_t cells_;
-  std::array<uint32_t, kMostCells + 1> next_;
-};
-// The same in the four parts of one number, which no sample has to wait for until it is stored.
-class FewCells {
- public:
-  static constexpr size_t kMost = 4;
-  explicit FewCells(size_t) {}
-  void add(size_t cell) { next_ += uint64_t{1} << 16 * cell; }
-  void to_places() { next_ *= 0x0001000100010000u; }  // each part the sum of those below
-  size_t next(size_t cell) {
-    const size_t place = next_ >> 16 * cell & 0xffff;
-    add(cell);
-    return place;
-  }
-
- private:
-  uint64_t next_ = 0;
-};
-static_assert(kMostTogether <= 0xffff);
-
 class CellsStrategy final : public StrategyBase {
  public:
   explicit CellsStrategy(const StrategyValues& values)
@@ -96,24 +61,13 @@ class CellsStrategy final : public StrategyBase {
                   std::to_string(cells.y) + " cells");
     RenderOptions with_halves = options;
     with_halves.planes.error = options.planes.error || threshold_ > 0;
-    SampleTaker taker(*this, source, with_halves);
-    const uint64_t samples = most_samples(source.width() / cells.x, source.height() / cells.y);
+    SampleTaker taker(*this, source, with_halves, film_for_cells(cells, spp_));
+    const int width = source.width() / cells.x, height = source.height() / cells.y;
+    const uint64_t samples = most_samples(width, height);
     taker.expect(static_cast<double>(samples));
-    const CellStrata strata = cell_strata(points_, cells);
-    const CellSide across(strata.columns, cells.x), down(strata.rows, cells.y);
-    PixelWork work{source.width() / cells.x, source.height() / cells.y,
-                   std::sqrt(static_cast<float>(cells.x * cells.y) / static_cast<float>(spp_))};
-    const int32_t last_x = source.width() - 1, last_y = source.height() - 1;
-    const auto into_cells = [last_x, last_y](std::span<SampleRequest> requests) {
-      for (SampleRequest& request : requests) {
-        request.pixel_x = std::min(static_cast<int32_t>(request.x), last_x);
-        request.pixel_y = std::min(static_cast<int32_t>(request.y), last_y);
-      }
-    };
-    work.take = [&](const PixelBatch& batch) {
-      place(batch, across, down, cells);
-      return taker.add_renamed(batch.spare, batch.samples, into_cells);
-    };
+    const CellPoints points(points_, cells);
+    CellPasses passes(taker, points, width, height,
+                      std::sqrt(static_cast<float>(cells.x * cells.y) / static_cast<float>(spp_)));
     const auto go_on = [&](PassRecord& pass) {
       if (options.until_rmse <= 0) return true;
       pass.rmse = taker.film().estimated_rmse();
@@ -121,30 +75,28 @@ class CellsStrategy final : public StrategyBase {
       return !taker.result().reached;
     };
     if (threshold_ > 0) {
-      take_where_seen(taker, work, cells, go_on);
+      take_where_seen(taker, passes, cells, go_on);
     } else {
-      take_in_passes(taker, work, spp_, 1, go_on);
+      passes.take_in_turn(spp_, go_on);
     }
-    const bool all_have_samples = taker.samples() == samples && taker.result().dropped == 0 &&
-                                  strata.columns >= static_cast<uint32_t>(cells.x) &&
-                                  strata.rows >= static_cast<uint32_t>(cells.y);
+    const bool all_have_samples = taker.samples() == samples && taker.result().dropped == 0 && points.fill_all();
     if (!all_have_samples) taker.result().colour = filled_means(taker.film(), cells);
     return taker.finish();
   }
 
  private:
   // A barrier after each pass, so that who goes on depends on no order.
-  void take_where_seen(SampleTaker& taker, PixelWork& work, const Cells& cells,
+  void take_where_seen(SampleTaker& taker, CellPasses& passes, const Cells& cells,
                        const std::function<bool(PassRecord&)>& go_on) const {
     const NoiseSeen seen(value("ppd"));
-    const auto width = static_cast<size_t>(work.width), height = static_cast<size_t>(work.height);
+    const auto width = static_cast<size_t>(taker.film().width() / cells.x),
+               height = static_cast<size_t>(taker.film().height() / cells.y);
     std::vector<size_t> pixels;  // that go on, in tiles; all have as many samples
     for (uint32_t first = 0, past = least_; first < spp_; first = past, past = std::min(spp_, 2 * past)) {
-      work.only = first > 0 ? &pixels : nullptr;
-      const bool whole = take_pixels(taker, work, first, past);
+      const bool whole = first == 0 ? passes.take(first, past) : passes.take(first, past, pixels);
       PassRecord& pass = taker.end_pass();
       if (!whole || !go_on(pass)) return;
-      if (first == 0) pixels = pixels_in_tiles(taker, work);
+      if (first == 0) pixels = passes.pixels_in_tiles();
       std::vector<uint8_t> unsure(width * height);
       parallel_for(static_cast<int64_t>(pixels.size()), [&](int64_t i) {
         const size_t p = pixels[static_cast<size_t>(i)];
@@ -160,43 +112,6 @@ class CellsStrategy final : public StrategyBase {
       });
       if (pixels.empty()) return;
       taker.expect(static_cast<double>(taker.samples() + pixels.size() * (spp_ - past)));
-    }
-  }
-
-  // Puts the requests into `spare`, with their places on the film, each pixel's by cells: what a cell's samples have
-  // in common the source and the film need to find but once. Their random numbers stay those of the display pixel.
-  void place(const PixelBatch& batch, const CellSide& across, const CellSide& down, const Cells& cells) const {
-    std::array<double, kMostTogether> x, y;
-    const size_t n = batch.requests.size();
-    points_.places(batch.requests, x, y);
-    run_widest([&]() TRIAD_INLINE_BODY {
-      across.move(std::span(x).first(n));
-      down.move(std::span(y).first(n));
-    });
-    if (static_cast<size_t>(cells.x * cells.y) <= FewCells::kMost) {
-      order<FewCells>(batch, x, y, cells);
-    } else {
-      order<ManyCells>(batch, x, y, cells);
-    }
-  }
-
-  template <class Counts>
-  static void order(const PixelBatch& batch, std::span<const double> x, std::span<const double> y,
-                    const Cells& cells) {
-    std::array<uint16_t, kMostTogether> cell;
-    for (size_t first = 0; first < batch.requests.size(); first += batch.per_pixel) {
-      const size_t past = first + batch.per_pixel;
-      Counts counts(static_cast<size_t>(cells.x * cells.y));
-      for (size_t i = first; i < past; ++i) {
-        cell[i] = static_cast<uint16_t>(static_cast<int>(y[i]) * cells.x + static_cast<int>(x[i]));
-        counts.add(cell[i]);
-      }
-      counts.to_places();
-      for (size_t i = first; i < past; ++i) {
-        SampleRequest& request = batch.spare[first + counts.next(cell[i])] = batch.requests[i];
-        request.x = static_cast<double>(request.pixel_x) * cells.x + x[i];
-        request.y = static_cast<double>(request.pixel_y) * cells.y + y[i];
-      }
     }
   }
 

@@ -107,7 +107,7 @@ Film::Film(int width, int height, const FilmPlanes& planes, Holds holds)
   FilmPlanes free = planes;
   free.samples = free.reasons = free.error = false;
   colour_only_ = free == FilmPlanes{} && moments_.empty();
-  if (holds == Holds::kOneEach && colour_only_ && !planes.error)
+  if (holds != Holds::kMany && colour_only_ && !planes.error)
     ones_.resize(n);
   else
     colour_.resize(n);

@@ -2,13 +2,17 @@
 // Where samples are summed: a weightless accumulator for strategies that keep each sample within its pixel.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string>
 #include <triad/image/image.hpp>
 #include <triad/numeric/huge_pages.hpp>
 #include <triad/numeric/sum.hpp>
+#include <triad/numeric/widest.hpp>
 #include <triad/sampling/source.hpp>
 #include <vector>
 
@@ -45,8 +49,9 @@ void require_film_memory(int width, int height, const FilmPlanes& planes, double
 class Film {
  public:
   // How many samples a pixel is given at most. A film of one each that keeps colours only is a quarter as large, and
-  // as much faster to walk through; a second sample is then a defect of the caller's.
-  enum class Holds { kMany, kOneEach };
+  // as much faster to walk through; a second sample is then a defect of the caller's. So is one of a few that are
+  // added by add_sum() alone: each time, their mean is rounded to float, as pictures are.
+  enum class Holds { kMany, kFew, kOneEach };
   // Throws as require_film_memory() does, before any memory is taken.
   Film(int width, int height, const FilmPlanes& planes, Holds holds = Holds::kMany);
 
@@ -66,6 +71,23 @@ class Film {
   // The same, faster, for many samples at once, whose requests say pixels and indices. Returns where in the spans
   // those stand that were left out.
   std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples);
+
+  // Whether it keeps colours, and perhaps their halves, and nothing else. Then samples can be summed before:
+  bool keeps_sums() const { return colour_only_; }
+  // Whether it rounds means to float.
+  bool keeps_means() const { return !ones_.empty(); }
+  // Red, green and blue, and how many samples they are of.
+  typedef double SampleSum __attribute__((vector_size(32)));
+  // Adds samples that are all kept, as exactly as they were summed; with planes().error, those of them for which
+  // sobol_half() is 1 by themselves, too.
+  TRIAD_INLINE_BODY void add_sum(size_t pixel, const SampleSum& samples);
+  TRIAD_INLINE_BODY void add_half_sum(size_t pixel, const SampleSum& samples);
+  // Counts one that is not kept.
+  void leave_out(size_t pixel);
+  // As expect(), of any film.
+  TRIAD_INLINE_BODY void expect_sum(size_t pixel) const {
+    __builtin_prefetch(ones_.empty() ? static_cast<const void*>(&colour_[pixel]) : &ones_[pixel], 1);
+  }
 
   uint32_t count(size_t pixel) const { return ones_.empty() ? colour_[pixel].count : ones_[pixel].count; }
   // How many of the pixel's samples add() left out.
@@ -118,8 +140,8 @@ class Film {
     std::array<float, 3> rgb;
     uint16_t count, left_out;
   };
-  std::vector<One, ZeroPageAllocator<One>> ones_;
-  struct Half {  // of the samples in half 1
+  std::vector<One, ZeroPageAllocator<One>> ones_;  // or of a few, their mean
+  struct Half {                                    // of the samples in half 1
     std::array<double, 3> sum{};
     uint32_t count = 0;
   };
@@ -144,5 +166,48 @@ class Film {
                       size_t past, std::vector<size_t>& left_out);
   bool colour_only_;  // and halves, if there are any
 };
+
+TRIAD_INLINE_BODY inline void Film::add_sum(size_t pixel, const SampleSum& samples) {
+  if (!ones_.empty()) {
+    One& few = ones_[pixel];
+    const double before = few.count, after = before + samples[3], share = 1 / std::max(1., after);
+    std::array<float, 3> mean;
+    for (size_t c = 0; c < 3; ++c) mean[c] = static_cast<float>((few.rgb[c] * before + samples[c]) * share);
+    few.rgb = mean;
+    few.count = static_cast<uint16_t>(static_cast<int32_t>(after));
+    return;
+  }
+  using Four = SampleSum;
+  constexpr Four kNothing{};
+  Colour& colour = colour_[pixel];
+  // A fourth lane of either is what follows in the record: it is stored, too, and then written anew.
+  constexpr size_t kThree = 3 * sizeof(double);
+  static_assert(sizeof(Colour) >= kThree + sizeof(Four));
+  char* const record = reinterpret_cast<char*>(&colour);
+  const uint32_t count = colour.count + static_cast<uint32_t>(static_cast<int32_t>(samples[3]));
+  const uint32_t left_out = colour.left_out;
+  Four sum, lost;
+  std::memcpy(&sum, record, sizeof(sum));
+  std::memcpy(&lost, record + kThree, sizeof(lost));
+  sum = __builtin_shufflevector(sum, kNothing, 0, 1, 2, 4);
+  lost = __builtin_shufflevector(lost, kNothing, 0, 1, 2, 4);
+  // Knuth's TwoSum.
+  const Four after = sum + samples, came = after - sum;
+  lost += (sum - (after - came)) + (samples - came);
+  std::memcpy(record, &after, sizeof(after));
+  std::memcpy(record + kThree, &lost, sizeof(lost));
+  colour.count = count;
+  colour.left_out = left_out;
+}
+TRIAD_INLINE_BODY inline void Film::add_half_sum(size_t pixel, const SampleSum& samples) {
+  for (size_t c = 0; c < 3; ++c) half_[pixel].sum[c] += samples[c];
+  half_[pixel].count += static_cast<uint32_t>(samples[3]);
+}
+inline void Film::leave_out(size_t pixel) {
+  if (ones_.empty())
+    ++colour_[pixel].left_out;
+  else
+    ++ones_[pixel].left_out;
+}
 
 }  // namespace triad

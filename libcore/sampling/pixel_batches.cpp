@@ -19,7 +19,6 @@ class Queue {
         first_(first),
         per_pixel_(past - first),
         requests_(std::max(kBatch, per_pixel_) / per_pixel_ * per_pixel_),
-        spare_(requests_.size()),
         samples_(requests_.size()) {}
 
   // False: the render was stopped.
@@ -32,8 +31,7 @@ class Queue {
 
   bool flush() {
     const size_t n = std::exchange(size_, 0);
-    return n == 0 || work_.take({std::span(requests_).first(n), std::span(spare_).first(n),
-                                 std::span(samples_).first(n), per_pixel_});
+    return n == 0 || work_.take({std::span(requests_).first(n), std::span(samples_).first(n), per_pixel_});
   }
 
  private:
@@ -41,14 +39,10 @@ class Queue {
   const PixelWork& work_;
   const uint32_t first_;
   const size_t per_pixel_;
-  std::vector<SampleRequest> requests_, spare_;
+  std::vector<SampleRequest> requests_;
   std::vector<Sample> samples_;
   size_t size_ = 0;
 };
-
-}  // namespace
-
-namespace {
 
 struct Tiles {
   int64_t width, height, side, columns, count;
@@ -70,43 +64,16 @@ struct Tiles {
 
 }  // namespace
 
-std::vector<size_t> pixels_in_tiles(const SampleTaker& taker, const PixelWork& work) {
-  const Tiles tiles(taker, work);
-  std::vector<size_t> pixels;
-  pixels.reserve(static_cast<size_t>(tiles.width * tiles.height));
-  for (int64_t t = 0; t < tiles.count; ++t)
-    tiles.each(t, [&](int64_t x, int64_t y) {
-      pixels.push_back(static_cast<size_t>(y * tiles.width + x));
-      return true;
-    });
-  return pixels;
-}
-
 bool take_pixels(SampleTaker& taker, const PixelWork& work, uint32_t first, uint32_t past) {
   // A queue holds only so many of one pixel.
   for (; past - first > kMostTogether; first += kMostTogether)
     if (!take_pixels(taker, work, first, first + static_cast<uint32_t>(kMostTogether))) return false;
-  if (work.only) {
-    const auto width = static_cast<size_t>(work.width);
-    // So that there is work for every thread where there are few.
-    const size_t at_once = std::clamp<size_t>(work.only->size() / 64, 16, 1024);
-    parallel_for(static_cast<int64_t>((work.only->size() + at_once - 1) / at_once), [&](int64_t group) {
-      Queue queue(taker, work, first, past);
-      const size_t begin = static_cast<size_t>(group) * at_once, end = std::min(begin + at_once, work.only->size());
-      for (size_t i = begin; i < end; ++i) {
-        const size_t p = (*work.only)[i];
-        if (!queue.add(static_cast<int>(p % width), static_cast<int>(p / width))) return;
-      }
-      queue.flush();
-    });
-  } else {
-    const Tiles tiles(taker, work);
-    parallel_for(tiles.count, [&](int64_t t) {
-      Queue queue(taker, work, first, past);
-      tiles.each(t, [&](int x, int y) { return queue.add(x, y); });
-      queue.flush();
-    });
-  }
+  const Tiles tiles(taker, work);
+  parallel_for(tiles.count, [&](int64_t t) {
+    Queue queue(taker, work, first, past);
+    tiles.each(t, [&](int x, int y) { return queue.add(x, y); });
+    queue.flush();
+  });
   return !taker.stopped();
 }
 

@@ -11,8 +11,7 @@ namespace triad {
 struct PixelBatch {
   // One pixel's after the other's, by ascending index; all is set but x and y.
   std::span<SampleRequest> requests;
-  std::span<SampleRequest> spare;  // as many, not set, for another order
-  std::span<Sample> samples;       // as many, for the answers
+  std::span<Sample> samples;  // as many, for the answers
   size_t per_pixel = 0;
 };
 
@@ -22,14 +21,10 @@ inline constexpr size_t kMostTogether = 4096;  // the most of one pixel in a bat
 struct PixelWork {
   int width = 0, height = 0;  // of the grid
   float footprint_px = 1;
-  const std::vector<size_t>* only = nullptr;  // these pixels (y * width + x), each once, in this order; null: all
   // Places them, asks for them, and uses what comes back. Several threads at once, each with pixels of its own.
   // False: the render was stopped.
   std::function<bool(const PixelBatch&)> take{};
 };
-
-// The numbers of all pixels of the grid, tile by tile.
-std::vector<size_t> pixels_in_tiles(const SampleTaker& taker, const PixelWork& work);
 
 // The samples first .. past - 1 of each pixel, tile by tile on all threads. False: the render was stopped, and some
 // pixels did without.

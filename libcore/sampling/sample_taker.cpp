@@ -25,11 +25,11 @@ bool usable(const Sample& sample) {
   return sample.valid && std::isfinite(sample.rgb[0]) && std::isfinite(sample.rgb[1]) && std::isfinite(sample.rgb[2]);
 }
 
-SampleTaker::SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options)
+SampleTaker::SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options,
+                         Film::Holds holds)
     : source_(source),
       options_(options),
-      result_{.film = Film(source.width(), source.height(), planes_for(strategy, options), strategy.film_holds()),
-              .passes = {}},
+      result_{.film = Film(source.width(), source.height(), planes_for(strategy, options), holds), .passes = {}},
       expected_(static_cast<double>(strategy.most_samples(source.width(), source.height()))),
       pass_start_(std::chrono::steady_clock::now()) {}
 
@@ -46,9 +46,9 @@ void SampleTaker::tell_progress() {
 
 void SampleTaker::expect(double samples) { expected_ = std::min(expected_, samples); }
 
-void SampleTaker::drop(const SampleRequest& request) {
-  const int x = std::clamp(request.pixel_x, 0, film().width() - 1);
-  const int y = std::clamp(request.pixel_y, 0, film().height() - 1);
+void SampleTaker::drop(int32_t pixel_x, int32_t pixel_y) {
+  const int x = std::clamp(pixel_x, 0, film().width() - 1);
+  const int y = std::clamp(pixel_y, 0, film().height() - 1);
   const std::lock_guard lock(mutex_);
   ++result_.dropped;
   first_dropped_ = std::min(first_dropped_, film().pixel(x, y));

@@ -19,7 +19,10 @@ class SampleTaker {
  public:
   // All must outlive it. The film has the halves of samples (planes.error) wherever `strategy` estimates its error
   // and options ask for it in one way or another. Throws Error(kUsage) for options.until_rmse if it does not.
-  SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options);
+  SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options)
+      : SampleTaker(strategy, source, options, strategy.film_holds()) {}
+  // For a strategy that gives a pixel as many samples as the options make of it.
+  SampleTaker(const Strategy& strategy, const Source& source, const RenderOptions& options, Film::Holds holds);
 
   // Asks for all of them on all threads; samples[i] answers requests[i], and `valid` is false, too, where a colour is
   // not finite. Then each is added to the film's pixel (pixel_x, pixel_y), which must be inside, in their order. Not
@@ -33,15 +36,17 @@ class SampleTaker {
   // counted, and only the film knows. `weigh` may change their colours before that.
   using Weigh = std::function<void(std::span<const SampleRequest>, std::span<Sample>)>;
   bool add(std::span<const SampleRequest> requests, std::span<Sample> samples, const Weigh& weigh = {});
-  // The same, where rename() says after they were asked for which of the film's pixels they belong to.
-  template <class Rename>
-  bool add_renamed(std::span<SampleRequest> requests, std::span<Sample> samples, const Rename& rename) {
+  // Asks for them, and calls use() on the same thread, whose it is to add them to the film or to drop() them.
+  template <class Use>
+  bool ask_once(std::span<const SampleRequest> requests, std::span<Sample> samples, const Use& use) {
     if (stop()) return false;
     source_.eval(requests, samples);
-    rename(requests);
-    keep(requests, samples);
+    use();
+    tell_progress();
     return true;
   }
+  // Counts one of this pixel of the film as left out.
+  void drop(int32_t pixel_x, int32_t pixel_y);
 
   // What was taken since the last one was a pass.
   PassRecord& end_pass();
@@ -61,7 +66,7 @@ class SampleTaker {
 
  private:
   void keep(std::span<const SampleRequest> requests, std::span<const Sample> samples);
-  void drop(const SampleRequest& request);
+  void drop(const SampleRequest& request) { drop(request.pixel_x, request.pixel_y); }
   void tell_progress();
 
   const CountingSource source_;

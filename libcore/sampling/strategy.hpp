@@ -39,6 +39,9 @@ struct RenderOptions {
   uint64_t seed = 0;
   Cells cells;       // the film's pixels are cells, so many of them in a display pixel; for strategies that see both
   int tile_px = 32;  // side of the squares that threads take; never changes the picture
+  // How long a render may take several samples of some pixels before every pixel has one, for those who look at what
+  // it has when it is ended early. It never changes a picture that is complete.
+  double soon_s = 2;
   FilmPlanes planes;
   double until_rmse = 0;       // stop after the pass in which Film::estimated_rmse() is at most this; 0: all samples
   std::function<bool()> stop;  // asked every few thousand samples, by any thread; true ends the render early

@@ -13,6 +13,8 @@
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/analytic.hpp>
+#include <triad/sampling/cell_points.hpp>
+#include <triad/sampling/sobol.hpp>
 #include <triad/sampling/strategy.hpp>
 
 #include "layouts.hpp"
@@ -256,24 +258,128 @@ TEST(Cells, InvalidSamplesPoisonNobody) {
   for (const Colour& colour : render("cells", nothing, cells).colour) EXPECT_EQ(colour, Colour{});
 }
 
+// Colours that differ by many orders of magnitude, some of them not valid.
+Sample wild(const SampleRequest& r) {
+  const SampleRandom random(r.pixel_x, r.pixel_y, r.index, r.seed);
+  Sample sample;
+  for (uint32_t c = 0; c < 3; ++c) sample.rgb[c] = std::exp(20 * random.uniform(20 + c));
+  sample.valid = random.uniform(63) < .9f;
+  if (random.uniform(64) < .02f) sample.rgb[1] = INFINITY;
+  sample.distance = random.uniform(65);
+  sample.object_id = r.index + 1;
+  return sample;
+}
+
+// Each cell beside the sums of what fell into it, over every way that samples go: alone and with others of their
+// cell, in few cells and many, into films of means, of sums, of halves and of more planes.
+TEST(Cells, MeansAndCountsAreThoseOfTheSamples) {
+  constexpr int kWidth = 9, kHeight = 5;
+  for (const Cells cells :
+       {Cells{1, 1}, Cells{2, 1}, Cells{3, 1}, Cells{1, 3}, Cells{2, 2}, Cells{6, 6}, Cells{16, 8}})
+    for (const char* text : {"cells:spp=1", "cells:spp=4", "cells:spp=16", "cells:spp=37", "cells:spp=200",
+                             "cells:spp=12,points=jitter", "cells:spp=16,points=random"})
+      for (const char* planes : {"", "error", "depth,object-id"}) {
+        struct Sum {
+          long double rgb[3] = {}, half[3] = {}, depth = 0;
+          uint32_t count = 0, in_half = 0, left_out = 0, first = UINT32_MAX;
+        };
+        std::vector<Sum> sums(static_cast<size_t>(kWidth * cells.x * kHeight * cells.y));
+        std::mutex mutex;
+        const FunctionSource source(kWidth * cells.x, kHeight * cells.y, [&](const SampleRequest& r) {
+          const Sample sample = wild(r);
+          const std::lock_guard lock(mutex);
+          Sum& sum = sums[static_cast<size_t>(static_cast<int>(r.y) * kWidth * cells.x + static_cast<int>(r.x))];
+          if (!sample.valid || !std::isfinite(sample.rgb[1])) {
+            ++sum.left_out;
+            return sample;
+          }
+          ++sum.count;
+          sum.in_half += sobol_half(r.index);
+          for (size_t c = 0; c < 3; ++c) {
+            sum.rgb[c] += sample.rgb[c];
+            if (sobol_half(r.index)) sum.half[c] += sample.rgb[c];
+          }
+          sum.depth += sample.distance;
+          sum.first = std::min(sum.first, r.index + 1);
+          return sample;
+        });
+        RenderOptions options;
+        options.cells = cells;
+        options.planes.error = planes == std::string("error");
+        if (!options.planes.error) options.planes = parse_planes(planes, "");
+        const RenderResult result = make_strategy(text, "")->render(source, options);
+        const Film& film = result.film;
+        const Image image = film.image();
+        const size_t channels = image.spec.channels.size();
+        uint64_t left_out = 0;
+        for (size_t p = 0; p < sums.size(); ++p) {
+          const Sum& sum = sums[p];
+          left_out += sum.left_out;
+          ASSERT_EQ(film.count(p), sum.count) << text << " " << planes;
+          ASSERT_EQ(film.left_out(p), sum.left_out) << text << " " << planes;
+          for (size_t c = 0; c < 3; ++c) {
+            const auto mean = static_cast<double>(sum.rgb[c] / std::max(1u, sum.count));
+            // Few samples are rounded to float once, as the picture is.
+            ASSERT_NEAR(film.mean(p)[c], mean, mean * (film.keeps_means() ? 0x1.001p-24 : 1e-14))
+                << text << " " << planes;
+            if (film.planes().error) {
+              const auto half = static_cast<double>(sum.half[c] / std::max(1u, sum.in_half));
+              ASSERT_EQ(film.half_count(p), sum.in_half);
+              ASSERT_NEAR(film.half_mean(p)[c], half, half * 1e-14);
+            }
+          }
+          if (options.planes.depth && sum.count > 0) {
+            ASSERT_NEAR(image.pixels[channels * p + 3], static_cast<double>(sum.depth / sum.count), 1e-6);
+            ASSERT_EQ(image.pixels[channels * p + 4], static_cast<float>(sum.first));
+          }
+        }
+        EXPECT_EQ(result.dropped, left_out);
+      }
+}
+
+// Whole sixteens of samples may be placed by hand for the machine's widest vectors, fifteen are not.
+TEST(Cells, PointsArePlacedTheSameInBatchesOfAnySize) {
+  for (const uint32_t spp : {16u, 48u, 64u})
+    for (const Cells cells : {Cells{1, 1}, Cells{3, 1}, Cells{1, 3}, Cells{2, 2}, Cells{6, 6}, Cells{16, 1}}) {
+      const PixelPoints points(PixelPoints::Kind::kSobol, spp);
+      const CellPoints in_cells(points, cells);
+      CellBatch whole(in_cells, spp - 16, spp, .25f, 7), part(in_cells, spp - 16, spp - 1, .25f, 7);
+      while (!whole.full() && !part.full())
+        for (CellBatch* each : {&whole, &part}) each->add(3 + static_cast<int>(each->pixels()) * 1001, 70'000);
+      whole.place();
+      part.place();
+      for (size_t k = 0; k < part.pixels(); ++k)
+        for (size_t i = 0; i < 15; ++i) {
+          const SampleRequest &a = whole.requests()[16 * k + i], &b = part.requests()[15 * k + i];
+          ASSERT_EQ(a.x, b.x);
+          ASSERT_EQ(a.y, b.y);
+          ASSERT_EQ(std::tie(a.pixel_x, a.pixel_y, a.index), std::tie(b.pixel_x, b.pixel_y, b.index));
+          ASSERT_EQ(whole.cells()[16 * k + i], part.cells()[15 * k + i]);
+          const int column = static_cast<int>(std::floor(a.x)) - a.pixel_x * cells.x;
+          ASSERT_EQ(static_cast<int>(part.cells()[15 * k + i]) % cells.x, column);
+        }
+    }
+}
+
 TEST(Cells, SameBitsForAnyThreadsAndTiles) {
-  const FunctionSource source(45, 34, [](const SampleRequest& r) {
-    const SampleRandom random(r.pixel_x, r.pixel_y, r.index, r.seed);
-    Sample sample;
-    for (uint32_t c = 0; c < 3; ++c) sample.rgb[c] = std::exp(20 * random.uniform(20 + c));
-    sample.valid = random.uniform(63) < .9f;
-    return sample;
-  });
-  for (const char* text : {"cells:spp=24", "cells:spp=36,points=jitter", "cells:spp=3,points=random",
-                           "cells:spp=64,threshold=1e7,least=4"}) {
+  const FunctionSource source(45, 34, wild);
+  for (const auto& [text, cells, error] :
+       {std::tuple{"cells:spp=24", Cells{3, 2}, true}, std::tuple{"cells:spp=24", Cells{3, 1}, false},
+        std::tuple{"cells:spp=16", Cells{3, 2}, false}, std::tuple{"cells:spp=16", Cells{3, 1}, false},
+        std::tuple{"cells:spp=5", Cells{3, 2}, true}, std::tuple{"cells:spp=40", Cells{15, 2}, false},
+        std::tuple{"cells:spp=36,points=jitter", Cells{3, 2}, true},
+        std::tuple{"cells:spp=3,points=random", Cells{3, 2}, true},
+        std::tuple{"cells:spp=64,threshold=1e7,least=4", Cells{3, 2}, true}}) {
     std::optional<RenderResult> first;
-    for (const int threads : {1, 2, 7})
+    // Whether the first 16 samples are taken together changes nothing, and whether only some of them are.
+    for (const auto& [threads, soon_s] : {std::pair{1, 1e9}, std::pair{1, 0.}, std::pair{2, 1e9}, std::pair{7, 3e-4}})
       for (const int tile : {1, 5, 32, 1000}) {
         set_thread_limit(threads);
         RenderOptions options;
         options.tile_px = tile;
-        options.cells = {3, 2};
-        options.planes.error = true;
+        options.cells = cells;
+        options.soon_s = soon_s;
+        options.planes.error = error;
         RenderResult result = make_strategy(text, "")->render(source, options);
         set_thread_limit(0);
         if (!first) {
@@ -281,6 +387,8 @@ TEST(Cells, SameBitsForAnyThreadsAndTiles) {
           continue;
         }
         ASSERT_EQ(result.colour, first->colour) << text << ", " << threads << " threads, tiles of " << tile;
+        for (size_t p = 0; p < result.film.pixels(); ++p)
+          ASSERT_EQ(result.mean(p), first->mean(p)) << text << ", " << threads << " threads, tiles of " << tile;
         ASSERT_EQ(result.dropped, first->dropped);
         // Bits: with jitter nothing is estimated.
         ASSERT_EQ(std::bit_cast<uint64_t>(result.passes.back().rmse),
