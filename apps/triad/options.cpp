@@ -144,7 +144,8 @@ void MetricOptions::add(CLI::App& verb, const std::string& reference_doc) {
       ->type_name("NAME")
       ->check(not_empty())
       ->capture_default_str();
-  add_text(verb, "--json", json, "Write the results as JSON; - for standard output", "FILE");
+  add_text(verb, "--json", json,
+           "Write the results as JSON; - for standard output. Bytes of names that are no UTF-8 are \\xNN", "FILE");
   add_text(verb, "--csv", csv, "Write the scores as CSV; - for standard output", "FILE");
   add_text(verb, "--pool", pool,
            "Show these of the scores pooled from the error map: mean, min, max, p5 ... p99, weighted-p5 ... or all",
