@@ -76,9 +76,10 @@ struct NoiseSpectrumMetric {
     width_ = test.width;
     planes_ = of == Of::kLuminance ? 1 : 3;
     spectrum_.emplace(test.width, test.height, tile, planes_, cut);
-    call.plan.strip_rows = spectrum_->hop();
+    call.plan.strip_rows = spectrum_->strip_rows();
     call.plan.threads = TRIAD_REENTRANT;
-    const auto rows = static_cast<uint64_t>(std::min(test.height, spectrum_->hop() + spectrum_->tile_height()));
+    const auto rows =
+        static_cast<uint64_t>(std::min(test.height, spectrum_->strip_rows() + spectrum_->tile_height()));
     call.work_bytes(spectrum_->work_bytes() +
                     rows * static_cast<uint64_t>(width_) * sizeof(double) * static_cast<uint64_t>(planes_ + 1));
   }

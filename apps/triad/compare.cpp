@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iostream>
 #include <map>
+#include <set>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
 #include <triad/base/log.hpp>
@@ -127,6 +128,19 @@ std::vector<JudgedPicture> judge_all(const std::vector<ComparePair>& pairs, Comp
   return judged;
 }
 
+// Those that a report would show.
+std::vector<ReportPicture> pictures_of(const std::vector<ComparePair>& pairs, const ReadOptions& read_test,
+                                       const ReadOptions& read_reference) {
+  std::set<std::string> references;
+  std::vector<ReportPicture> pictures;
+  for (const ComparePair& pair : pairs) {
+    if (references.insert(pair.reference).second)
+      pictures.push_back({pair.reference, pair.reference, read_reference});
+    pictures.push_back({pair.test, pair.test, read_test});
+  }
+  return pictures;
+}
+
 void write_reports(const CompareOptions& options, const Comparison& comparison,
                    const std::vector<JudgedPicture>& judged, const std::vector<MetricResult>& results,
                    const std::vector<Ranking>& rankings, const std::vector<ShownFile>& files,
@@ -174,6 +188,9 @@ void compare(const CompareOptions& options) {
   ReadOptions read_reference = options.picture.read_reference();
   if (read_reference.channels.empty() && read_reference.layer.empty())
     read_reference.channels = options.picture.read().channels;
+  if (!options.report.empty())
+    check_report_memory(pictures_of(pairs, options.picture.read(), read_reference), comparison.colours,
+                        ReportEmbed::kAuto, comparison.request.max_memory);
   References references(read_reference, pairs, comparison.colours);
   const std::vector<JudgedPicture> judged = judge_all(pairs, comparison, references, maps);
   const std::vector<ShownFile> files = maps.finish(comparison.colours);
@@ -183,10 +200,10 @@ void compare(const CompareOptions& options) {
     results.insert(results.end(), picture.results.begin(), picture.results.end());
   const std::vector<Ranking> rankings = rank_pictures(judged, comparison.metrics, main_scores, comparison.sort);
   write_reports(options, comparison, judged, results, rankings, files, read_reference);
-  g_exit_status = std::max(g_exit_status, report_failures(comparison.thresholds, results));
+  g_exit_status = std::max(g_exit_status, report_failures(comparison.thresholds, results, {"ignore", "zero"}));
   if (!options.report.empty() && !results.empty())
     write_report(comparison_report(results, options.picture.read(), read_reference), comparison.colours,
-                 options.report);
+                 options.report, ReportEmbed::kAuto, comparison.request.max_memory);
 }
 
 void add_list_options(CLI::App& verb, CompareOptions& options) {

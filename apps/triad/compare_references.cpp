@@ -24,23 +24,14 @@ bool all_zero(const ImageSpec& spec, const float* rows, size_t pixels) {
   return true;
 }
 
-}  // namespace
-
-References::References(ReadOptions read, const std::vector<ComparePair>& pairs, const ColourConfig& colours)
-    : read_(std::move(read)), colours_(colours) {
-  if (!read_.colour_space.empty()) colours.require(read_.colour_space, "--ref-from");  // or it would be named --from
-  for (const ComparePair& pair : pairs) ++uses_[pair.reference];
-}
-
-PictureRequest References::get(const std::string& path) {
-  if (path == known_) return {path, read_, kept_};
-  kept_ = nullptr;
-  known_.clear();  // until it is known to be good
-  const std::unique_ptr<PictureSource> source = open_file_source(path, read_, colours_);
+// Warns if the picture is black. The picture, if `keeps` and it is small.
+std::shared_ptr<const Image> look_through(const std::string& path, const ReadOptions& read,
+                                          const ColourConfig& colours, bool keeps) {
+  const std::unique_ptr<PictureSource> source = open_file_source(path, read, colours);
   const ImageSpec& spec = source->spec();
   const size_t stride = static_cast<size_t>(spec.width) * spec.channels.size();
   const uint64_t bytes = static_cast<uint64_t>(stride) * static_cast<uint64_t>(spec.height) * sizeof(float);
-  const bool keeps = uses_[path] > 1 && bytes <= kMostKept_bytes;
+  keeps = keeps && bytes <= kMostKept_bytes;
   const uint64_t row_bytes = stride * sizeof(float);
   const int strip = static_cast<int>(std::clamp<uint64_t>(kStrip_bytes / row_bytes, 1, kStripRows));
   auto image = std::make_shared<Image>();
@@ -57,9 +48,28 @@ PictureRequest References::get(const std::string& path) {
     black = black && all_zero(spec, rows, static_cast<size_t>(end - y) * static_cast<size_t>(spec.width));
   }
   if (black) warn("the reference '" + path + "' is black: all its values are 0");
-  if (keeps) kept_ = std::move(image);
+  return keeps ? image : nullptr;
+}
+
+}  // namespace
+
+References::References(ReadOptions read, const std::vector<ComparePair>& pairs, const ColourConfig& colours)
+    : read_(std::move(read)), colours_(colours) {
+  if (!read_.colour_space.empty()) colours.require(read_.colour_space, "--ref-from");  // or it would be named --from
+  for (const ComparePair& pair : pairs) ++uses_[pair.reference];
+}
+
+PictureRequest References::get(const std::string& path) {
+  if (path == known_) return {path, read_, kept_};
+  kept_ = nullptr;
+  known_.clear();  // until it is known to be good
+  kept_ = look_through(path, read_, colours_, uses_[path] > 1);
   known_ = path;
   return {path, read_, kept_};
+}
+
+void warn_of_black(const std::string& path, const ReadOptions& read, const ColourConfig& colours) {
+  look_through(path, read, colours, false);
 }
 
 }  // namespace triad::app

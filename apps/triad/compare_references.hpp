@@ -29,4 +29,8 @@ class References {
   std::shared_ptr<const Image> kept_;
 };
 
+// Warns of a reference whose values are all 0; most pictures show in their first rows that they are not. Throws
+// Error(kInput) as reading does.
+void warn_of_black(const std::string& path, const ReadOptions& read, const ColourConfig& colours);
+
 }  // namespace triad::app

@@ -194,7 +194,7 @@ class Legend {
 
 }  // namespace
 
-double find_map_high(const std::string& file) {
+MapScale find_map_scale(const std::string& file) {
   MapPanel panel({file, "", ColourMap::kMagma, {}});
   ScaleFinder finder;
   std::vector<float> values;
@@ -203,7 +203,7 @@ double find_map_high(const std::string& file) {
     panel.means(y, std::min(y + kStripRows, panel.height()), values);
     for (const float value : values) finder.add(value);
   }
-  return finder.high();
+  return {finder.low(), finder.high()};
 }
 
 void draw_map(const ShownMap& map, const std::string& path) {

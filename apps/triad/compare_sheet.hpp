@@ -17,9 +17,9 @@ struct ShownMap {
   MapScale scale;
 };
 
-// The scale that a map's values ask for: ScaleFinder's over the means of its pixels' channels. Reads the file by
-// strips. Throws Error(kInput).
-double find_map_high(const std::string& file);
+// The scale that a map's values ask for: ScaleFinder's over the means of its pixels' channels, {0, 0} where there
+// are none but 0. Reads the file by strips. Throws Error(kInput).
+MapScale find_map_scale(const std::string& file);
 
 // Writes an 8-bit picture of the map. Strips of 64 rows are in memory. Throws Error.
 void draw_map(const ShownMap& map, const std::string& path);

@@ -140,9 +140,7 @@ void judge(const ConvergenceOptions& options, const ChainItem& metric, Convergen
       ++done;
       const MetricResult& judged = result.metrics.at(0);
       if (judged.nonfinite_failed)
-        throw_input(picture.file + ": " + std::to_string(judged.nonfinite.nan) + " NaN and " +
-                    std::to_string(judged.nonfinite.inf) +
-                    " infinite values in it and its reference; no scores without --nan ignore or --nan zero");
+        throw_input(picture.file + ": " + nonfinite_refusal(judged.nonfinite, {"ignore", "zero"}));
       for (const auto& score : judged.scores)
         if (score.name == findings.score) picture.score = score.value;
       if (picture.score == 0)
@@ -216,7 +214,7 @@ void check_costs(const Series& one, const SeriesFit& fit) {
   const SeriesPicture& picture = one.pictures[odd->point];
   warn(picture.file + ": " + (samples ? picture.cost.samples_from : picture.cost.seconds_from) + " says " +
        format_double(points[odd->point].cost) + what + ", but its error is that of about " +
-       std::to_string(std::llround(odd->expected_cost)) + " among the others of '" + one.name + "'");
+       rough_cost(odd->expected_cost) + " among the others of '" + one.name + "'");
 }
 
 EqualErrors compare_series(const ConvergenceFindings& findings, size_t other) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/evaluation/study_comparisons.hpp>
@@ -185,7 +186,7 @@ std::string convergence_to_json(const ConvergenceFindings& findings) {
                               {"samples", at.samples ? interval_json(*at.samples) : Json(nullptr)}});
     root["equal_error"].push_back(std::move(object));
   }
-  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(std::move(root), 2);
 }
 
 std::string convergence_to_csv(const ConvergenceFindings& findings) {

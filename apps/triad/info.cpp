@@ -4,6 +4,7 @@
 
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/image/reader.hpp>
@@ -91,10 +92,7 @@ void info(const InfoOptions& options) {
     list.push_back(describe(path, options, colours));
     if (!options.json) print(list.back());
   }
-  if (options.json)
-    std::cout << nlohmann::ordered_json{{"files", list}}.dump(2, ' ', false,
-                                                              nlohmann::ordered_json::error_handler_t::replace)
-              << "\n";
+  if (options.json) std::cout << json_text(nlohmann::ordered_json{{"files", list}}, 2);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <triad/base/error.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/display/layout.hpp>
@@ -106,7 +107,7 @@ void list(const ListOptions& options) {
       text += fmt::format("  {:<16} {}\n", info->name, info->summary);
     }
   }
-  std::cout << (options.json ? root.dump(2) + "\n" : text);
+  std::cout << (options.json ? json_text(root, 2) : text);
 }
 
 // Of a strategy or a function.
@@ -134,7 +135,7 @@ void help_named(const StrategyInfo& info, const std::string& kind, bool as_json)
     }
     object["parameters"].push_back(std::move(entry));
   }
-  std::cout << object.dump(2) << "\n";
+  std::cout << json_text(object, 2);
 }
 
 const StageInfo& find_stage(PluginHost& host, const std::string& name) {
@@ -192,7 +193,7 @@ void help(const ListOptions& options) {
                                 {"better", desc.scores[i]->better < 0   ? "lower"
                                            : desc.scores[i]->better > 0 ? "higher"
                                                                         : "zero"}});
-  std::cout << object.dump(2) << "\n";
+  std::cout << json_text(object, 2);
 }
 
 }  // namespace

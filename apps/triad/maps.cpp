@@ -17,6 +17,13 @@ namespace {
 // What a metric reports as the largest value that its map can have.
 constexpr const char* kNaturalHigh = "map-max";
 
+// Of a map that waits for the others.
+constexpr MapScale kUnknown{0, 0};
+
+MapScale with_two_ends(const MapScale& scale) {
+  return scale.low < scale.high ? scale : MapScale{scale.low, scale.low + 1};
+}
+
 bool names_folder(const std::string& path) {
   std::error_code error;
   return !path.empty() && (path.back() == '/' || fs::is_directory(path, error));
@@ -140,17 +147,19 @@ void MapFiles::done(size_t index, const RunRequest& request, const RunResult& re
       picture.scales[m] = {0, natural->second};
       continue;
     }
-    const double high = find_map_high(picture.float_files[m]);
-    picture.scales[m] = {0, high > 0 ? high : 1};
-    if (scale_from_ == ScaleFrom::kEach) continue;
-    picture.scales[m].high = 0;  // to be known
+    const MapScale own = find_map_scale(picture.float_files[m]);
+    if (scale_from_ == ScaleFrom::kEach) {
+      picture.scales[m] = with_two_ends(own);
+      continue;
+    }
+    picture.scales[m] = kUnknown;
     picture.waits = true;
     const auto known =
         std::find_if(common_.begin(), common_.end(), [&](const auto& c) { return c.first == picture.labels[m]; });
     if (known == common_.end())
-      common_.emplace_back(picture.labels[m], high);
+      common_.emplace_back(picture.labels[m], own);
     else
-      known->second = std::max(known->second, high);
+      known->second = {std::min(known->second.low, own.low), std::max(known->second.high, own.high)};
   }
   if (!picture.waits) draw(picture, colours);
 }
@@ -172,9 +181,9 @@ std::vector<ShownFile> MapFiles::finish(const ColourConfig& colours) {
   for (Picture& picture : pictures_) {
     if (picture.scales.empty()) continue;  // its run failed, or nothing was asked for
     for (size_t m = 0; m < picture.labels.size(); ++m)
-      if (picture.scales[m].high == 0 && scale_from_ == ScaleFrom::kCommon)
-        for (const auto& [label, high] : common_)
-          if (label == picture.labels[m]) picture.scales[m].high = high > 0 ? high : 1;
+      if (picture.scales[m].low == kUnknown.low && picture.scales[m].high == kUnknown.high)
+        for (const auto& [label, common] : common_)
+          if (label == picture.labels[m]) picture.scales[m] = with_two_ends(common);
     if (picture.waits) draw(picture, colours);
     ShownFile sheet{"sheet", picture.test, "", picture.sheet, {}, colour_map_name(colour_map_)};
     for (size_t m = 0; m < picture.labels.size(); ++m) {

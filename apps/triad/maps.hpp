@@ -74,7 +74,7 @@ class MapFiles {
   bool map_folder_ = false, sheet_folder_ = false, coloured_ = false;
   std::set<std::string> taken_;
   std::vector<Picture> pictures_;
-  std::vector<std::pair<std::string, double>> common_;  // label, high
+  std::vector<std::pair<std::string, MapScale>> common_;  // by label
 };
 
 }  // namespace triad::app

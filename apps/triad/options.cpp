@@ -117,10 +117,8 @@ ReadOptions PictureOptions::read_reference() const {
 void PictureOptions::apply(RunRequest& request) const {
   request.strip_rows = strip_rows;
   if (!max_memory.empty()) {
-    const auto bytes = parse_bytes(max_memory);
-    if (!bytes) throw_usage("--max-memory '" + max_memory + "' is not a size; write 400M or 2G");
-    request.max_memory = *bytes;
-    set_scratch_budget(*bytes);
+    request.max_memory = parse_memory(max_memory);
+    set_scratch_budget(request.max_memory);
   }
   if (threads > 0) set_thread_limit(threads);
 }
@@ -139,13 +137,15 @@ void MetricOptions::add(CLI::App& verb, const std::string& reference_doc) {
   add_text(
       verb, "--map-scale", maps.scale,
       "Values that the colours span: LOW:HIGH, each (every map its own) or common (default: 0 to what the metric "
-      "can reach, else one scale for all maps of a metric)",
+      "can reach, else one scale for all maps of a metric, from 0 to what 99 % of the values do not exceed; of maps "
+      "with values below 0, from the least to the greatest)",
       "SCALE");
   verb.add_option("--colour-map,--color-map", maps.colour_map, "Colours of maps: magma or viridis")
       ->type_name("NAME")
       ->check(not_empty())
       ->capture_default_str();
-  add_text(verb, "--json", json, "Write the results as JSON; - for standard output", "FILE");
+  add_text(verb, "--json", json,
+           "Write the results as JSON; - for standard output. Bytes of names that are no UTF-8 are \\xNN", "FILE");
   add_text(verb, "--csv", csv, "Write the scores as CSV; - for standard output", "FILE");
   add_text(verb, "--pool", pool,
            "Show these of the scores pooled from the error map: mean, min, max, p5 ... p99, weighted-p5 ... or all",
@@ -207,6 +207,12 @@ void MetricOptions::check_outputs(const std::vector<std::string>& others) const 
   check_report_file("--csv", csv, with_json);
 }
 
+uint64_t parse_memory(const std::string& text) {
+  const auto bytes = parse_bytes(text);
+  if (!bytes) throw_usage("--max-memory '" + text + "' is not a size; write 400M or 2G");
+  return *bytes;
+}
+
 NanPolicy parse_nan(const std::string& text, const std::vector<std::string>& allowed) {
   if (std::find(allowed.begin(), allowed.end(), text) == allowed.end())
     throw_usage("--nan '" + text + "' is none of '" + join(allowed, "', '") + "'" + did_you_mean(text, allowed));
@@ -230,22 +236,26 @@ bool attempt(bool several, const std::function<void()>& work) {
 
 int report(const MetricOptions& options, const std::vector<Threshold>& thresholds,
            const std::vector<PooledName>& pooled, const std::vector<MetricResult>& results,
-           const std::vector<RunRecord>& runs) {
+           const std::vector<RunRecord>& runs, const std::vector<std::string>& policies) {
   if (options.json != "-" && options.csv != "-") std::cout << results_to_table(results, pooled) << std::flush;
   if (!options.json.empty()) write_text_file(options.json, results_to_json(results, runs));
   if (!options.csv.empty()) write_text_file(options.csv, results_to_csv(results));
-  return report_failures(thresholds, results);
+  return report_failures(thresholds, results, policies);
 }
 
-int report_failures(const std::vector<Threshold>& thresholds, const std::vector<MetricResult>& results) {
+std::string nonfinite_refusal(const NonFinite& found, const std::vector<std::string>& policies) {
+  return std::to_string(found.nan) + " NaN and " + std::to_string(found.inf) +
+         " infinite values in it and its reference; no scores without --nan " + join(policies, " or --nan ");
+}
+
+int report_failures(const std::vector<Threshold>& thresholds, const std::vector<MetricResult>& results,
+                    const std::vector<std::string>& policies) {
   int status = 0;
   std::string seen;
   for (const MetricResult& result : results) {
     if (!result.nonfinite_failed || result.test == seen) continue;
     seen = result.test;
-    std::cerr << "triad: " << printable(result.test) << ": " << result.nonfinite.nan << " NaN and "
-              << result.nonfinite.inf
-              << " infinite values in it and its reference; no scores without --nan ignore or --nan zero\n";
+    std::cerr << "triad: " << printable(result.test) << ": " << nonfinite_refusal(result.nonfinite, policies) << "\n";
     status = 1;
   }
   for (const std::string& line : failed_thresholds(thresholds, results)) {

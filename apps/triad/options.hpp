@@ -60,18 +60,23 @@ struct MetricOptions {
   void check_outputs(const std::vector<std::string>& others) const;
 };
 
+// Bytes, of --max-memory's text. Throws Error(kUsage).
+uint64_t parse_memory(const std::string& text);
 NanPolicy parse_nan(const std::string& text, const std::vector<std::string>& allowed);
 
 // Whether `path` (""/"-": none, standard output) can be written for `option` and is none of `others`, the files that
 // this call reads or writes already ("" is none). Throws Error(kUsage), or Error(kInput) naming the path.
 void check_report_file(const std::string& option, const std::string& path, const std::vector<std::string>& others);
 
+// Why a picture has no scores. policies: those of the verb's --nan that would give it some.
+std::string nonfinite_refusal(const NonFinite& found, const std::vector<std::string>& policies);
 // Prints tables, JSON and CSV as asked for, then the failures on stderr. Returns 0 or 1.
 int report(const MetricOptions& options, const std::vector<Threshold>& thresholds,
            const std::vector<PooledName>& pooled, const std::vector<MetricResult>& results,
-           const std::vector<RunRecord>& runs);
+           const std::vector<RunRecord>& runs, const std::vector<std::string>& policies);
 // The failures alone: a line for each picture that holds NaN and for each threshold crossed.
-int report_failures(const std::vector<Threshold>& thresholds, const std::vector<MetricResult>& results);
+int report_failures(const std::vector<Threshold>& thresholds, const std::vector<MetricResult>& results,
+                    const std::vector<std::string>& policies);
 
 // One of several pictures: an error with it is said at once, sets the exit status and lets the others go on;
 // Ctrl-C and defects end all. Returns whether the work was done. With several = false errors pass through.

@@ -9,6 +9,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <triad/base/error.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/log.hpp>
 #include <triad/pipeline/plugin_check.hpp>
 #include <triad/pipeline/plugin_new.hpp>
@@ -46,7 +47,7 @@ void check(const PluginOptions& options) {
                              result.rule, result.stage.empty() ? "" : " (" + printable(result.stage) + ")",
                              result.message.empty() ? "" : ": " + printable(result.message));
   }
-  if (options.json) std::cout << nlohmann::ordered_json{{"file", options.file}, {"checks", list}}.dump(2) << "\n";
+  if (options.json) std::cout << json_text(nlohmann::ordered_json{{"file", options.file}, {"checks", list}}, 2);
   std::cout << std::flush;
   if (!options.json)
     std::cout << fmt::format("{} checks, {} failed, {} skipped\n", results.size(), failed, skipped) << std::flush;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/log.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/base/text.hpp>
@@ -66,7 +67,7 @@ std::string record(const RenderVerbOptions& options, const RenderJob& job, const
   root["passes"] = Json::array();
   for (const PassRecord& pass : result.passes)
     root["passes"].push_back({{"samples", pass.samples}, {"seconds", pass.seconds}, {"rmse", number(pass.rmse)}});
-  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(std::move(root), 2);
 }
 
 void tell(const RenderVerbOptions& options, const RenderJob& job, const RenderResult& result) {

@@ -17,7 +17,7 @@ namespace triad::app {
 namespace {
 
 struct ReportOptions {
-  std::string results, output, cells, ref_cells;
+  std::string results, output, cells, ref_cells, max_memory;
   std::string embed = "auto";
   int threads = 0;
 };
@@ -45,7 +45,8 @@ void report_results(const ReportOptions& options) {
     for (const char* name : {"results.json", "plan.json", "table.txt"}) inputs.push_back((results / name).string());
   for (const ReportPicture& picture : data.pictures) inputs.push_back(picture.path);
   check_report_file("-o", path, inputs);
-  write_report(data, ColourConfig::load(), path, kEmbeds.at(options.embed));
+  write_report(data, ColourConfig::load(), path, kEmbeds.at(options.embed),
+               options.max_memory.empty() ? 0 : parse_memory(options.max_memory));
   std::cout << path << std::endl;
 }
 
@@ -73,6 +74,10 @@ void setup_report(CLI::App& app) {
   verb->add_option("--threads", options->threads, "Threads (default: all cores)")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
+  verb->add_option("--max-memory", options->max_memory,
+                   "Memory to stay within, e.g. 400M (default: half of the machine's)")
+      ->type_name("SIZE")
+      ->check(not_empty());
   verb->footer(
       "The page opens from disk in any browser of 2023 or later, without a network or a server: which method is best "
       "for a budget, "

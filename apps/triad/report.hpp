@@ -2,6 +2,7 @@
 // A report: results, charts and pictures as one HTML page that needs neither a network nor a server.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -69,10 +70,15 @@ void require_viewer();
 
 // Writes the page to `path`, and the float data that it leaves out to a folder beside it, named after it:
 // out/report.html has out/report_data. The same data and files give the same bytes. Reads all pictures, on all
-// threads; they are all in memory, packed. Throws Error(kUsage) without a viewer, Error(kInput) for files that cannot
-// be read or written.
+// threads that max_memory (bytes; 0: half of the machine's) has room for; they are all in memory, packed. Throws
+// Error(kUsage) without a viewer, Error(kInput) for files that cannot be read or written, or naming --max-memory
+// where it does not suffice.
 void write_report(const ReportData& data, const ColourConfig& colours, const std::string& path,
-                  ReportEmbed embed = ReportEmbed::kAuto);
+                  ReportEmbed embed = ReportEmbed::kAuto, uint64_t max_memory = 0);
+// Throws what write_report() would over max_memory, from the pictures' headers; those that cannot be read do not
+// count.
+void check_report_memory(const std::vector<ReportPicture>& pictures, const ColourConfig& colours,
+                         ReportEmbed embed = ReportEmbed::kAuto, uint64_t max_memory = 0);
 
 // The results in a study's folder. Throws Error(kInput) if it has none that are finished, or they cannot be read.
 ReportData read_study_report(const std::string& folder);

@@ -28,6 +28,13 @@ std::string name_beside(const std::string& test, const std::string& reference) {
   return file.parent_path() == std::filesystem::path(reference).parent_path() ? file.filename().string() : test;
 }
 
+// The file of which JSON says the name: with the bytes that JSON cannot hold.
+std::string file_named(const std::string& text) {
+  std::error_code error;
+  const std::string bytes = unescape_non_utf8(text);
+  return !std::filesystem::exists(text, error) && std::filesystem::exists(bytes, error) ? bytes : text;
+}
+
 // As ranking_to_json() writes it.
 void read_as(ReadOptions& options, const Json& said) {
   options.part = said.value("part", options.part);
@@ -101,8 +108,8 @@ ReportData read_comparison_report(const std::string& path, ReadOptions tests, Re
     }
     for (const Json& one : json["results"]) {
       MetricResult& result = results.emplace_back();
-      result.test = one.at("test").get<std::string>();
-      result.reference = one.at("reference").get<std::string>();
+      result.test = file_named(one.at("test").get<std::string>());
+      result.reference = file_named(one.at("reference").get<std::string>());
       result.metric = one.at("metric").get<std::string>();
       result.label = one.at("label").get<std::string>();
       for (const auto& [name, value] : one.at("parameters").items())

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/base/text.hpp>
 #include <triad/colour/file_space.hpp>
@@ -31,7 +32,7 @@ constexpr size_t kLargestPage = 100'000'000;  // bytes
 
 std::string escaped(const std::string& text) {
   std::string html;
-  for (const char c : text) switch (c) {
+  for (const char c : escape_non_utf8(text)) switch (c) {
       case '&': html += "&amp;"; break;
       case '<': html += "&lt;"; break;
       case '>': html += "&gt;"; break;
@@ -44,7 +45,7 @@ std::string escaped(const std::string& text) {
 
 // JSON that may stand in a script element: no text in it can end that element or begin a comment.
 std::string script_json(const Json& json) {
-  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  const std::string text = json_text(json, -1);
   std::string safe;
   safe.reserve(text.size());
   for (const char c : text) c == '<' ? safe += "\\u003c" : safe += c;  // outside of strings JSON has none
@@ -134,6 +135,7 @@ Packed pack_picture(const ReportPicture& picture, const ColourConfig& colours) {
   reader->read_rows(0, spec.height, all.data(), static_cast<size_t>(spec.width) * channels);
   for (size_t i = 0; i < pixels; ++i)
     for (size_t c = 0; c < 3; ++c) rgb[3 * i + c] = all[i * channels + std::min(c, colour - 1)];
+  std::vector<float>().swap(all);  // packing needs as much again
   const std::string space = file_colour_space(*reader, picture.read.colour_space, colours);
   if (!space.empty() && !colours.is_data(space))
     colours.transform(space, colours.lin_rec709()).apply(rgb.data(), pixels, 3, -1);
@@ -142,6 +144,53 @@ Packed pack_picture(const ReportPicture& picture, const ColourConfig& colours) {
   packed.exact = pack(rgb, packed.format);
   packed.codes = pack(rgb, PackedFormat::kCodes);
   return packed;
+}
+
+// What pack_picture() takes, at most; floats of noise do not become smaller.
+struct PackedBytes {
+  uint64_t exact = 0, codes = 0;  // of Packed's
+  uint64_t work = 0;              // beside them, while it is at work
+};
+
+PackedBytes packed_bytes(const ReportPicture& picture, const ColourConfig& colours) {
+  const auto reader = ImageReader::open(picture.path, picture.read);
+  const ImageSpec& spec = reader->spec();
+  const uint64_t pixels = static_cast<uint64_t>(spec.width) * static_cast<uint64_t>(spec.height);
+  const std::string space = file_colour_space(*reader, picture.read.colour_space, colours);
+  const bool as_it_is =
+      space.empty() || colours.is_data(space) || colours.transform(space, colours.lin_rec709()).identity();
+  const uint64_t width = as_it_is && reader->info().pixel_type == "half" ? 2 : 4;
+  // As read, as three floats, in planes, compressed; base64 has 4 digits for 3 bytes.
+  return {4 * width * pixels, 4 * pixels,
+          reader->decoder_bytes() + pixels * (4 * spec.channels.size() + 12 + 6 * width)};
+}
+
+// The page is held twice while it is put together.
+uint64_t page_bytes(const std::vector<PackedBytes>& pictures, ReportEmbed embed) {
+  uint64_t exact = 0, codes = 0;
+  for (const PackedBytes& one : pictures) {
+    exact += one.exact;
+    codes += one.codes;
+  }
+  if (embed == ReportEmbed::kAll) return 2 * exact;
+  return 2 * (embed == ReportEmbed::kCodes ? codes : std::max(codes, std::min<uint64_t>(exact, kLargestPage)));
+}
+
+// How many pictures may be packed at a time, from the largest demand on. Throws Error(kInput) if not even one.
+int64_t pictures_at_a_time(const std::vector<PackedBytes>& pictures, ReportEmbed embed, uint64_t max_memory) {
+  constexpr uint64_t kBaseBytes = 144u << 20;  // the program and its libraries, as in a run
+  uint64_t held = kBaseBytes, most = 0;
+  for (const PackedBytes& one : pictures) {
+    held += one.exact + one.codes;
+    most = std::max(most, one.work);
+  }
+  const uint64_t limit = max_memory ? max_memory : machine_memory_bytes() / 2;
+  const uint64_t least = std::max(held + most, kBaseBytes + page_bytes(pictures, embed));
+  if (least > limit)
+    throw_input(fmt::format("a report of {} pictures may need {}, but only {} may be used; --max-memory {}M would do",
+                            pictures.size(), format_bytes(least), format_bytes(limit), (least >> 20) + 1));
+  return most == 0 ? thread_limit()
+                   : std::clamp<int64_t>(static_cast<int64_t>((limit - held) / most), 1, thread_limit());
 }
 
 Json picture_json(const ReportPicture& picture, const Packed& packed, const std::string& side) {
@@ -258,10 +307,16 @@ std::string tables_html(const ReportData& data) {
 
 // `page` with each %triad-NAME% replaced. Only the page's own places are looked for, not those in what is put in.
 std::string filled(std::string_view page, const std::map<std::string, std::string>& values) {
+  size_t length = page.size();
+  for (const auto& [name, value] : values) length += value.size();
   std::string html;
+  html.reserve(length);
   for (size_t at = 0;;) {
     const size_t begin = page.find("%triad-", at);
-    if (begin == std::string_view::npos) return html.append(page.substr(at));
+    if (begin == std::string_view::npos) {
+      html.append(page.substr(at));
+      return html;
+    }
     const size_t end = page.find('%', begin + 1);
     const auto found = values.find(std::string(page.substr(begin, end + 1 - begin)));
     if (found == values.end()) throw_internal("the report's page has an unknown place");
@@ -279,14 +334,30 @@ void require_viewer() {
         "Node.js 18 or later, and npm)");
 }
 
-void write_report(const ReportData& data, const ColourConfig& colours, const std::string& path, ReportEmbed embed) {
+void check_report_memory(const std::vector<ReportPicture>& pictures, const ColourConfig& colours, ReportEmbed embed,
+                         uint64_t max_memory) {
+  std::vector<PackedBytes> bytes;
+  for (const ReportPicture& picture : pictures) try {
+      bytes.push_back(packed_bytes(picture, colours));
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::kInput) throw;
+    }
+  pictures_at_a_time(bytes, embed, max_memory);
+}
+
+void write_report(const ReportData& data, const ColourConfig& colours, const std::string& path, ReportEmbed embed,
+                  uint64_t max_memory) {
   require_viewer();
   check_text_file(path);
+  std::vector<PackedBytes> most;
+  for (const ReportPicture& picture : data.pictures) most.push_back(packed_bytes(picture, colours));
+  const int64_t together = pictures_at_a_time(most, embed, max_memory), count = std::ssize(data.pictures);
   std::vector<Packed> packed(data.pictures.size());
-  parallel_for(static_cast<int64_t>(packed.size()), [&](int64_t i) {
-    const auto index = static_cast<size_t>(i);
-    packed[index] = pack_picture(data.pictures[index], colours);
-  });
+  for (int64_t first = 0; first < count; first += together)
+    parallel_for(std::min(together, count - first), [&](int64_t i) {
+      const auto index = static_cast<size_t>(first + i);
+      packed[index] = pack_picture(data.pictures[index], colours);
+    });
   size_t bytes = viewer_page().size();
   for (const Packed& one : packed) bytes += one.exact.size();
 
@@ -301,20 +372,28 @@ void write_report(const ReportData& data, const ColourConfig& colours, const std
     for (size_t i = 0; i < packed.size(); ++i) {
       check_cancel();
       write_text_file(folder / fmt::format("{}.js", i), fmt::format("triadPicture({},\"{}\")\n", i, packed[i].exact));
+      std::string().swap(packed[i].exact);
     }
   }
   std::string scripts = "<script type=\"application/json\" id=\"triad-report\">" +
                         script_json(report_json(data, packed, side_folder)) + "</script>\n";
-  for (size_t i = 0; i < packed.size(); ++i)
-    scripts += fmt::format("<script type=\"text/plain\" id=\"triad-picture-{}\">{}</script>\n", i,
-                           side_folder.empty() ? packed[i].exact : packed[i].codes);
+  size_t length = scripts.size();
+  for (const Packed& one : packed) length += (side_folder.empty() ? one.exact : one.codes).size() + 80;
+  scripts.reserve(length);
+  for (size_t i = 0; i < packed.size(); ++i) {
+    scripts += fmt::format("<script type=\"text/plain\" id=\"triad-picture-{}\">", i);
+    scripts += side_folder.empty() ? packed[i].exact : packed[i].codes;
+    scripts += "</script>\n";
+    std::string().swap(packed[i].exact);
+    std::string().swap(packed[i].codes);
+  }
   std::string facts;
   for (const auto& [name, value] : data.facts)
     facts += (facts.empty() ? "" : " · ") + escaped(name) + " " + escaped(value);
-  write_text_file(path, filled(viewer_page(), {{"%triad-title%", escaped(data.title)},
-                                               {"%triad-facts%", facts},
-                                               {"%triad-tables%", tables_html(data)},
-                                               {"%triad-data%", scripts}}));
+  std::map<std::string, std::string> values{
+      {"%triad-title%", escaped(data.title)}, {"%triad-facts%", facts}, {"%triad-tables%", tables_html(data)}};
+  values.emplace("%triad-data%", std::move(scripts));
+  write_text_file(path, filled(viewer_page(), values));
 }
 
 }  // namespace triad::app

@@ -2,10 +2,12 @@
 // triad run IN [STAGE]... [-o OUT] [-m METRIC --ref REF]...
 #include <algorithm>
 #include <iostream>
+#include <set>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
 #include <triad/base/log.hpp>
 
+#include "compare_references.hpp"
 #include "options.hpp"
 #include "verbs.hpp"
 
@@ -20,6 +22,14 @@ struct RunOptions {
   std::vector<std::string> stages;
   bool explain = false;
 };
+
+// Of each reference, once.
+void warn_of_black_references(const RunRequest& request, const ColourConfig& colours) {
+  std::set<std::string> seen;
+  for (const MetricRequest& metric : request.metrics)
+    if (seen.insert(metric.reference.path).second)
+      warn_of_black(metric.reference.path, metric.reference.read, colours);
+}
 
 void run(const RunOptions& options) {
   RunRequest request;
@@ -123,7 +133,9 @@ void run(const RunOptions& options) {
       progress.update((static_cast<double>(f) + share) / static_cast<double>(frames.size()));
     };
     if (!attempt(frames.size() > 1, [&] {
-          result = Run(one, host, colours).execute(progress_to);
+          Run chain(one, host, colours);
+          warn_of_black_references(one, colours);
+          result = chain.execute(progress_to);
           maps.done(f, one, result, colours);
         })) {
       maps.failed(f);
@@ -136,7 +148,7 @@ void run(const RunOptions& options) {
     records.push_back({one.input.path, one.output, std::move(result)});
   }
   maps.finish(colours);
-  g_exit_status = std::max(g_exit_status, report(options.metric, thresholds, pooled, results, records));
+  g_exit_status = std::max(g_exit_status, report(options.metric, thresholds, pooled, results, records, {"zero"}));
 }
 
 }  // namespace

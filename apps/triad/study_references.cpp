@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/random.hpp>
 #include <triad/pipeline/picture_source.hpp>
 
@@ -65,8 +66,8 @@ const StudyReference& StudyReferences::get(const SourceRequest& wanted, const So
   const Json kept =
       !folder_.empty() && fs::exists(facts, error) ? Json::parse(read_text_file(facts), nullptr, false) : Json();
   // Damaged, they count as not there.
-  if (kept.is_object() && kept.value("reference", Json()) == key && kept.value("rmse", Json()).is_number() &&
-      fs::exists(picture, error)) {
+  if (kept.is_object() && kept.value("reference", Json()) == escape_non_utf8(key) &&
+      kept.value("rmse", Json()).is_number() && fs::exists(picture, error)) {
     reference = load(picture, wanted, where);
     reference.rmse = kept["rmse"].get<double>();
   } else if (is_file(text)) {
@@ -75,7 +76,7 @@ const StudyReference& StudyReferences::get(const SourceRequest& wanted, const So
     reference = draw(wanted, source, text, seed, where);
     if (!folder_.empty()) {
       write_float_picture(picture, *reference.picture.image);
-      write_text_file(facts, Json{{"reference", key}, {"rmse", reference.rmse}}.dump(1) + "\n");
+      write_text_file(facts, json_text(Json{{"reference", key}, {"rmse", reference.rmse}}, 1));
     }
   }
   reference.picture.name = key;

@@ -16,6 +16,7 @@
 #include <sstream>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
+#include <triad/base/temporaries.hpp>
 
 namespace fs = std::filesystem;
 
@@ -120,11 +121,9 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
   // most 255 bytes and the target's may use them all.
   constexpr size_t kLongestExtension = 16;  // of any format there is; longer ones choose nothing
   const std::string extension = target.extension().string();
-  static std::atomic<unsigned> counter{0};
+  remove_leftovers(folder);
   for (int attempt = 0; attempt < 100; ++attempt) {
-    temporary_ = (fs::path(folder) / (".triad-" + std::to_string(getpid()) + "-" + std::to_string(counter++) +
-                                      (extension.size() <= kLongestExtension ? extension : "")))
-                     .string();
+    temporary_ = (fs::path(folder) / temporary_name(extension.size() <= kLongestExtension ? extension : "")).string();
     // Never more open than what it replaces, not even while it is written; the exact mode comes at commit().
     const mode_t mode = mode_ < 0 ? 0666 : static_cast<mode_t>((mode_ & 0666) | 0600);
     const int descriptor = open(temporary_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, mode);

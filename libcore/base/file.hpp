@@ -10,7 +10,8 @@ struct TemporaryName;
 
 // A name to write to before the rename: in the same folder and with the same extension (of at most 16
 // characters). The destructor removes the temporary file unless commit() was called. Ctrl-C ends long loops
-// through check_cancel(), an exception, and so leaves nothing half-written.
+// through check_cancel(), an exception, and so leaves nothing half-written. What a process that was killed left is
+// removed by the next that writes into the folder (remove_leftovers() in temporaries.hpp).
 //
 // Symbolic links stay: it is their target that is replaced, and the temporary file lies beside the target. A
 // file that is replaced hands on its permissions.

@@ -149,26 +149,70 @@ std::string format_bytes(uint64_t bytes) {
   return buffer;
 }
 
+namespace {
+
+// Bytes of the character at `i`; 0 if it is none.
+size_t utf8_length(std::string_view text, size_t i) {
+  const auto c = static_cast<unsigned char>(text[i]);
+  const size_t length = c < 0x80                ? 1
+                        : c >= 0xc2 && c < 0xe0 ? 2
+                        : c >= 0xe0 && c < 0xf0 ? 3
+                        : c >= 0xf0 && c < 0xf5 ? 4
+                                                : 0;
+  if (length == 0 || i + length > text.size()) return 0;
+  for (size_t k = 1; k < length; ++k)
+    if ((static_cast<unsigned char>(text[i + k]) & 0xc0) != 0x80) return 0;
+  if (length >= 3) {
+    const auto d = static_cast<unsigned char>(text[i + 1]);
+    // Overlong forms, UTF-16 surrogates and code points past U+10FFFF.
+    if ((c == 0xe0 && d < 0xa0) || (c == 0xed && d > 0x9f) || (c == 0xf0 && d < 0x90) || (c == 0xf4 && d > 0x8f))
+      return 0;
+  }
+  return length;
+}
+
+int hexadecimal(char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1; }
+
+}  // namespace
+
 bool is_valid_utf8(std::string_view text) {
   for (size_t i = 0; i < text.size();) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    const size_t length = c < 0x80                ? 1
-                          : c >= 0xc2 && c < 0xe0 ? 2
-                          : c >= 0xe0 && c < 0xf0 ? 3
-                          : c >= 0xf0 && c < 0xf5 ? 4
-                                                  : 0;
-    if (length == 0 || i + length > text.size()) return false;
-    for (size_t k = 1; k < length; ++k)
-      if ((static_cast<unsigned char>(text[i + k]) & 0xc0) != 0x80) return false;
-    if (length >= 3) {
-      const auto d = static_cast<unsigned char>(text[i + 1]);
-      // Overlong forms, UTF-16 surrogates and code points past U+10FFFF.
-      if ((c == 0xe0 && d < 0xa0) || (c == 0xed && d > 0x9f) || (c == 0xf0 && d < 0x90) || (c == 0xf4 && d > 0x8f))
-        return false;
-    }
+    const size_t length = utf8_length(text, i);
+    if (length == 0) return false;
     i += length;
   }
   return true;
+}
+
+std::string escape_non_utf8(std::string_view text) {
+  std::string out;
+  for (size_t i = 0; i < text.size();) {
+    const size_t length = utf8_length(text, i);
+    if (length > 0) {
+      out += text.substr(i, length);
+      i += length;
+      continue;
+    }
+    constexpr char kDigits[] = "0123456789abcdef";
+    const auto byte = static_cast<unsigned char>(text[i++]);
+    out += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};
+  }
+  return out;
+}
+
+std::string unescape_non_utf8(std::string_view text) {
+  std::string out;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const bool escape = text.substr(i).starts_with("\\x") && i + 3 < text.size();
+    const int high = escape ? hexadecimal(text[i + 2]) : -1, low = escape ? hexadecimal(text[i + 3]) : -1;
+    if (high < 8 || low < 0) {
+      out += text[i];
+      continue;
+    }
+    out += static_cast<char>(high << 4 | low);
+    i += 3;
+  }
+  return out;
 }
 
 }  // namespace triad

@@ -36,5 +36,10 @@ std::string format_double(double value);
 // "412.3 MB"; for people, powers of 1000.
 std::string format_bytes(uint64_t bytes);
 bool is_valid_utf8(std::string_view text);
+// Bytes that are no UTF-8, as in names of files of other encodings, become "\xNN" (lower-case hexadecimal); the rest
+// stays. For what must be UTF-8.
+std::string escape_non_utf8(std::string_view text);
+// "\x80" ... "\xff" become bytes again.
+std::string unescape_non_utf8(std::string_view text);
 
 }  // namespace triad

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <triad/base/error.hpp>
 #include <triad/evaluation/convergence.hpp>
@@ -181,6 +182,13 @@ std::optional<Outlier> find_outlier(const std::vector<CostedError>& points) {
     found = Outlier{i, law.cost_at(points[i].error)};
   }
   return found;
+}
+
+std::string rough_cost(double cost) {
+  const bool whole = cost >= 1 && cost < 1e6;
+  char text[32];
+  std::snprintf(text, sizeof text, whole ? "%.0f" : "%.2g", cost);
+  return text;
 }
 
 ErrorFloor fit_floor(const std::vector<CostedError>& points, std::optional<double> rate) {

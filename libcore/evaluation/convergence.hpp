@@ -8,6 +8,7 @@
 
 #include <limits>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -45,6 +46,8 @@ struct Outlier {
   size_t point = 0;
   double expected_cost = 0;  // at which the line through the others has its error
 };
+// A cost in words, for sentences that say "about": whole numbers from 1 to a million, else two digits; "inf", "nan".
+std::string rough_cost(double cost);
 // The most extreme one. Needs five points; none for fewer.
 std::optional<Outlier> find_outlier(const std::vector<CostedError>& points);
 

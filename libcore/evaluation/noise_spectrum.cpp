@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -13,6 +14,7 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr int kLow = NoiseSums::kLow;
+constexpr int kLeastStripRows = 64;
 
 // Half a sample off the usual form: symmetric, and 1 for a single sample, where that is 0.
 std::vector<double> hann(int n) {
@@ -59,7 +61,7 @@ NoiseSpectrum::NoiseSpectrum(int width, int height, int tile, int planes, double
       planes_(planes),
       tile_x_(std::min(tile, width)),
       tile_y_(std::min(tile, height)),
-      hop_(std::max(1, tile / 2)),
+      strip_rows_(static_cast<int>(std::bit_ceil(static_cast<unsigned>(std::max(kLeastStripRows, tile / 2))))),
       columns_(padded(tile_x_ / 2 + 1)) {
   if (width < 1 || height < 1 || tile < kLeastSpectrumTile_px || tile > kMostSpectrumTile_px || planes < 1 ||
       planes > kMostNoisePlanes || !(cut > 0))

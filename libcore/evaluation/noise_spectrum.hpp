@@ -62,8 +62,9 @@ class NoiseSpectrum {
 
   int tile_width() const { return tile_x_; }
   int tile_height() const { return tile_y_; }
-  // Rows that lie between the beginnings of tiles, at most: strips of that many rows do about as much work each.
-  int hop() const { return hop_; }
+  // Rows of a strip, for a metric: 64, 128 or 256, the least that no two beginnings of tiles lie further apart than,
+  // so that strips do about as much work each, and fit those of other metrics.
+  int strip_rows() const { return strip_rows_; }
   // The rows that add() for [y0, y1) looks at are [y0, last_row(y0, y1)).
   int last_row(int y0, int y1) const;
   // Bytes that add() allocates.
@@ -82,7 +83,7 @@ class NoiseSpectrum {
   void add_tile(const NoiseRows& rows, int x0, int y0, Work& work, NoiseSums& sums) const;
   void transform(const double* values, const double* weights, int x0, int y_offset, Work& work, bool window) const;
 
-  int width_, height_, planes_, tile_x_, tile_y_, hop_, columns_, bins_;
+  int width_, height_, planes_, tile_x_, tile_y_, strip_rows_, columns_, bins_;
   std::vector<int> begin_x_, begin_y_;
   std::vector<double> window_x_, window_y_;
   std::vector<int16_t> bin_;   // per coefficient, tile_y_ rows of tile_x_ / 2 + 1

@@ -25,7 +25,7 @@ const MetricResult::Score* find_score(const JudgedPicture& picture, const RankKe
 }
 
 double badness_of(const MetricResult::Score* score) {
-  return score ? badness(score->value, score->better) : kNoScore;
+  return score && !std::isnan(score->value) ? badness(score->value, score->better) : kNoScore;
 }
 
 // A sequence's mean is of the values themselves, so that a bias may cancel over frames as it does over pixels.
@@ -46,6 +46,10 @@ void add_sequence(const std::vector<JudgedPicture>& pictures, const RankKey& key
   // Frames without a score are the worst of all.
   std::stable_sort(entry.pictures.begin(), entry.pictures.end(), [&](size_t a, size_t b) { return bad[a] > bad[b]; });
 }
+
+// A mean over frames is not a number where it is of infinities of both signs. Nothing can be said to be better than
+// that, or worse.
+bool is_missing(const Ranking::Entry& entry) { return !entry.value || std::isnan(*entry.value); }
 
 Ranking rank_by(const std::vector<JudgedPicture>& pictures, const RankKey& key) {
   Ranking ranking;
@@ -72,9 +76,9 @@ Ranking rank_by(const std::vector<JudgedPicture>& pictures, const RankKey& key) 
     } else {
       add_sequence(pictures, key, entry, better);
     }
-    order.emplace_back(entry.value ? badness(*entry.value, better) : kNoScore, e);
+    order.emplace_back(is_missing(entry) ? kNoScore : badness(*entry.value, better), e);
   }
-  const auto missing = [&](size_t e) { return !ranking.entries[e].value; };
+  const auto missing = [&](size_t e) { return is_missing(ranking.entries[e]); };
   std::stable_sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
     if (missing(a.second) != missing(b.second)) return missing(b.second);
     return a.first < b.first;
@@ -82,7 +86,7 @@ Ranking rank_by(const std::vector<JudgedPicture>& pictures, const RankKey& key) 
   std::vector<Ranking::Entry> sorted;
   for (size_t place = 0; place < order.size(); ++place) {
     Ranking::Entry& entry = ranking.entries[order[place].second];
-    if (entry.value)
+    if (!is_missing(entry))
       entry.rank = place > 0 && order[place].first == order[place - 1].first ? sorted.back().rank
                                                                              : static_cast<int>(place) + 1;
     sorted.push_back(std::move(entry));

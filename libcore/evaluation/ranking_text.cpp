@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/evaluation/ranking.hpp>
@@ -316,7 +317,7 @@ std::string ranking_to_json(const std::vector<JudgedPicture>& pictures, const st
   if (!sequences.empty()) root["sequences"] = std::move(sequences);
   if (!failed.empty()) root["failed"] = std::move(failed);
   if (!shown_files.empty()) root["files"] = std::move(shown_files);
-  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(std::move(root), 2);
 }
 
 }  // namespace triad

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <triad/base/error.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/evaluation/results.hpp>
@@ -129,7 +130,7 @@ std::string results_to_json(const std::vector<MetricResult>& results, const std:
     root["runs"].push_back(std::move(object));
   }
   // File names may hold any bytes; those that are not UTF-8 are shown replaced rather than refused.
-  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(std::move(root), 2);
 }
 
 std::string results_to_csv(const std::vector<MetricResult>& results) {

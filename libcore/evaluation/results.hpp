@@ -18,6 +18,7 @@ struct RunRecord {
   std::string input, output;
   RunResult result;
 };
+// File names keep the bytes that are no UTF-8 as "\xNN" (escape_non_utf8()).
 std::string results_to_json(const std::vector<MetricResult>& results, const std::vector<RunRecord>& runs = {});
 
 // One line per result and score: test,reference,metric,label,score,value,better,nan,inf,seconds; RFC 4180. Pooled

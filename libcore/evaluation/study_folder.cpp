@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <triad/base/error.hpp>
 #include <triad/base/file.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/base/text.hpp>
 #include <triad/evaluation/study_folder.hpp>
 
@@ -31,6 +32,13 @@ Json settings_json(const StudySettings& settings) {
   return json;
 }
 
+// The same as a file holds it.
+Json kept_settings(const StudySettings& settings) {
+  Json json = settings_json(settings);
+  escape_strings(json);
+  return json;
+}
+
 // All that a run depends on.
 Json identity(const StudyPlan& plan, const std::vector<StudySettings>& settings, const StudySettings& facts,
               const StudySettings& files) {
@@ -45,7 +53,7 @@ Json identity(const StudyPlan& plan, const std::vector<StudySettings>& settings,
   return json;
 }
 
-std::string shown(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+std::string shown(const Json& value) { return value.is_string() ? value.get<std::string>() : json_text(value, -1); }
 
 // The first file that is not what it was; "" none.
 std::string changed_file(const Json& there, const Json& here) {
@@ -142,7 +150,8 @@ StudyFolder::StudyFolder(const std::string& path, const StudyPlan& plan, const s
       throw_input("'" + path_ + "' is no study's folder, and not empty; name a new one");
   make_folder(path_);
   lock_ = std::make_unique<Lock>(path_);
-  const Json here = identity(plan, settings, facts, files);
+  Json here = identity(plan, settings, facts, files);
+  escape_strings(here);  // as it is written, and read again
   if (fs::exists(plan_file, error)) {
     const Json there = Json::parse(read_text_file(plan_file), nullptr, false);
     const std::string differs = there.is_object() ? difference(there, here) : "its plan.json cannot be read";
@@ -151,7 +160,7 @@ StudyFolder::StudyFolder(const std::string& path, const StudyPlan& plan, const s
                   "; name another folder, or remove this one");
     remove_leftovers(path_);
   } else {
-    write_text_file(plan_file, here.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    write_text_file(plan_file, json_text(here, 1));
   }
   for (const char* part : kParts) {
     make_folder(fs::path(path_) / part);
@@ -169,7 +178,7 @@ std::optional<Measurements> StudyFolder::find(const StudyTurn& turn) const {
   if (!fs::exists(path, error)) return {};
   const Json json = Json::parse(read_text_file(path), nullptr, false);
   // Edited or damaged, it counts as not there.
-  if (!json.is_object() || json.value("settings", Json()) != settings_json(settings_.at(turn.setting)) ||
+  if (!json.is_object() || json.value("settings", Json()) != kept_settings(settings_.at(turn.setting)) ||
       json.value("turn", Json()) != turn.turn || !json.contains("measured") || !json["measured"].is_object() ||
       json.value("measures", Json()) != json["measured"].size())
     return {};
@@ -191,7 +200,7 @@ void StudyFolder::keep(const StudyTurn& turn, const Measurements& measured) cons
   json["measured"] = Json::object();
   for (const auto& [name, value] : measured) json["measured"][name] = number(value);
   json["measures"] = json["measured"].size();
-  write_text_file(run_path(turn), json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_text_file(run_path(turn), json_text(json, 1));
 }
 
 std::string StudyFolder::references(const std::string& path) { return fs::path(path) / "references"; }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <triad/base/json_text.hpp>
 #include <triad/evaluation/study_comparisons.hpp>
 
 namespace triad {
@@ -141,7 +142,7 @@ std::string study_to_json(const StudyPlan& plan, const std::vector<StudyRecord>&
     root["runs"].push_back(std::move(run));
   }
   root.update(comparisons_json(plan, records));
-  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(std::move(root), 2);
 }
 
 }  // namespace triad

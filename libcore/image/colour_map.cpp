@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <triad/base/error.hpp>
 #include <triad/base/text.hpp>
 #include <triad/image/colour_map.hpp>
@@ -69,19 +70,38 @@ ColourCode map_colour(const std::array<ColourCode, 256>& table, const MapScale& 
   return table[static_cast<size_t>(std::floor(share * 255 + .5))];
 }
 
-ScaleFinder::ScaleFinder() : counts_(size_t{1} << (31 - kBinShift)) {}
+ScaleFinder::ScaleFinder()
+    : counts_(size_t{1} << (31 - kBinShift)),
+      least_(std::numeric_limits<float>::infinity()),
+      largest_(-std::numeric_limits<float>::infinity()) {}
 
 void ScaleFinder::add(float value) {
   ++total_;
+  if (std::isfinite(value)) {
+    least_ = std::min(least_, value);
+    largest_ = std::max(largest_, value);
+  }
   if (!(value > 0)) {
     ++counts_[0];
+    if (value < 0) ++below_;
     return;
   }
+  ++above_;
   ++counts_[std::bit_cast<uint32_t>(value) >> kBinShift];  // positive floats are ordered as their bits are
-  if (std::isfinite(value)) largest_ = std::max(largest_, value);
 }
 
+bool ScaleFinder::has_signs() const {
+  return below_ > 0 && least_ < 0 &&
+         static_cast<double>(below_) >= (1 - kShare) * static_cast<double>(below_ + above_);
+}
+
+double ScaleFinder::low() const { return has_signs() ? -round_up_two_digits(-static_cast<double>(least_)) : 0; }
+
 double ScaleFinder::high() const {
+  if (has_signs()) {
+    const double high = round_up_two_digits(static_cast<double>(largest_));
+    return high > low() ? high : 0;
+  }
   const double wanted = kShare * static_cast<double>(total_);
   uint64_t sum = 0;
   uint32_t bin = 0;
@@ -90,17 +110,18 @@ double ScaleFinder::high() const {
     if (static_cast<double>(sum) >= wanted) break;
   }
   // The bin's upper end; never past the largest value, which infinities are not counted for.
-  const float end = std::bit_cast<float>(std::min<uint32_t>(bin + 1, 0x7f80) << kBinShift);
-  const double high = bin == 0 ? largest_ : std::min(end, largest_);
+  const float end = std::bit_cast<float>(std::min<uint32_t>(bin + 1, 0x7f80) << kBinShift),
+              largest = std::max(largest_, 0.f);
+  const double high = bin == 0 ? largest : std::min(end, largest);
   return round_up_two_digits(high);
 }
 
 double round_up_two_digits(double value) {
-  if (!(value > 0)) return 0;
-  const int exponent = static_cast<int>(std::floor(std::log10(value))) - 1;
+  if (!(std::abs(value) > 0)) return 0;
+  const int exponent = static_cast<int>(std::floor(std::log10(std::abs(value)))) - 1;
   // A negative power of ten is no double; dividing by the positive one rounds once.
   const double power = std::pow(10., std::abs(exponent));
-  const double digits = std::ceil((exponent < 0 ? value * power : value / power) * (1 - 1e-9));
+  const double digits = std::ceil((exponent < 0 ? value * power : value / power) * (value > 0 ? 1 - 1e-9 : 1 + 1e-9));
   return exponent < 0 ? digits / power : digits * power;
 }
 

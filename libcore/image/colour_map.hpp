@@ -37,19 +37,25 @@ ColourCode map_colour(const std::array<ColourCode, 256>& table, const MapScale& 
 class ScaleFinder {
  public:
   ScaleFinder();
-  // Values that are NaN or not above 0 count as 0.
+  // NaN counts as 0.
   void add(float value);
+  // Whether one in a hundred of the values other than 0, or more, is below 0: fewer come of rounding.
+  bool has_signs() const;
+  // 0, or with signs the largest number of two significant digits that is no more than the least finite value.
+  double low() const;
   // The smallest number of two significant digits that is no less than 99 % of the values (to within 1/128 of it);
-  // where that is 0, than the largest finite value; 0 if no value is above 0.
+  // where that is 0, than the largest finite value; 0 if no value is above 0. With signs, no less than the largest
+  // finite value, which may be below 0, or 0 where that would be low().
   double high() const;
 
  private:
-  std::vector<uint64_t> counts_;  // by the upper bits of the float: its exponent and 7 bits of fraction
-  uint64_t total_ = 0;
-  float largest_ = 0;
+  std::vector<uint64_t> counts_;                // by the upper bits of the float: its exponent and 7 bits of fraction
+  uint64_t total_ = 0, below_ = 0, above_ = 0;  // 0
+  float least_, largest_;                       // of the finite ones
 };
 
-// The smallest number of two significant decimal digits that is not below `value` (within 1e-9 of it); 0 for 0.
+// The smallest number of two significant decimal digits that is not below `value` (within 1e-9 of it); 0 for 0 and
+// for NaN.
 double round_up_two_digits(double value);
 
 }  // namespace triad

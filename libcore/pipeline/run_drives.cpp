@@ -16,6 +16,8 @@ constexpr uint64_t kStripBytes = 2u << 20;
 constexpr int kMinStripRows = 16, kMaxStripRows = 1024;
 // A stage whose needs make its input's rows come this many times is given them from memory.
 constexpr double kRecomputeLimit = 2.0;
+// Metrics that have no strips in common below this do not run together: memory is for strips, not for pictures.
+constexpr int64_t kMostCommonRows = 4096;
 // What the program and its libraries hold, code included; measured as the resident size with a 1 x 1 picture.
 constexpr uint64_t kBaseBytes = 144u << 20;
 // A picture that is written and then cropped makes its strips longer; past this factor it is written by a drive
@@ -124,12 +126,38 @@ int Run::Impl::uneven_level(int first) const {
   return uneven;
 }
 
+std::string Run::Impl::uneven_strips(const Drive& drive, int64_t* rows) const {
+  if (drive.sink != Sink::kFinal) return "";
+  const MetricNode *first = nullptr, *second = nullptr;
+  int64_t common = 1, highest = 1, worst = 0;
+  for (const auto& a : metrics) {
+    const int64_t strip = a->strip_rows(drive.sink_height);
+    common = std::min<int64_t>(std::lcm(common, strip), drive.sink_height);
+    highest = std::max(highest, strip);
+    for (const auto& b : metrics) {
+      if (&b == &a) break;
+      const int64_t pair = std::lcm(strip, static_cast<int64_t>(b->strip_rows(drive.sink_height)));
+      if (pair <= worst) continue;
+      worst = pair;
+      first = b.get();
+      second = a.get();
+    }
+  }
+  if (common <= highest || !second) return "";
+  if (rows) *rows = common;
+  return "metric '" + first->instance.text() + "' works in strips of " +
+         std::to_string(first->strip_rows(drive.sink_height)) + " rows, '" + second->instance.text() +
+         "' in strips of " + std::to_string(second->strip_rows(drive.sink_height)) +
+         ", together they need strips of " + std::to_string(common);
+}
+
 void Run::Impl::choose_rows(Drive& drive, int rows) const {
   // Whole strips of everything at the sink: a metric's fixed heights must not straddle two tokens.
   int64_t unit = 1;
   if (drive.sink == Sink::kFinal)
     for (const auto& metric : metrics)
-      unit = std::lcm(unit, static_cast<int64_t>(metric->strip_rows(drive.sink_height)));
+      unit = std::min<int64_t>(std::lcm(unit, static_cast<int64_t>(metric->strip_rows(drive.sink_height))),
+                               drive.sink_height);
   if (drive.sink == Sink::kPass) {
     const int strip = filters[static_cast<size_t>(drive.last)]->plan().strip_rows;
     unit = strip < 0 ? drive.sink_height : std::max(1, strip);
@@ -322,6 +350,11 @@ void Run::Impl::fit_memory() {
       const double bytes = static_cast<double>(level(at).width) * level(at).channel_count() * sizeof(float) * ratio;
       widest = std::max(widest, static_cast<uint64_t>(bytes) + 1);
     }
+    int64_t common_rows = 0;
+    const std::string uneven = uneven_strips(drive, &common_rows);
+    if (common_rows > kMostCommonRows)
+      throw_input(uneven + ", but at most " + std::to_string(kMostCommonRows) +
+                  " will do; compare with one at a time");
     const uint64_t base = fixed + held_before + (drive.sink == Sink::kHold ? picture_bytes(level(drive.last)) : 0);
     int rows = request.strip_rows;
     if (rows == 0) rows = static_cast<int>(std::clamp<uint64_t>(kStripBytes / widest, kMinStripRows, kMaxStripRows));
@@ -345,7 +378,7 @@ void Run::Impl::fit_memory() {
           const uint64_t least = base + drive.token_bytes;
           throw_input("this chain needs " + format_bytes(least) + " for '" + request.input.path + "', but only " +
                       format_bytes(limit) + " may be used; --max-memory " + std::to_string((least >> 20) + 1) +
-                      "M would do");
+                      "M would do" + (uneven.empty() ? "" : "; " + uneven + ": one at a time needs less"));
         }
         --drive.in_flight;
       }

@@ -117,6 +117,9 @@ struct Run::Impl {
   // run_drives.cpp
   void plan_drives();
   int uneven_level(int first) const;
+  // Two metrics and the heights of their strips, in words; "" unless strips that are whole for all of them are higher
+  // than those of any. rows: what the drive's strips are made of then.
+  std::string uneven_strips(const Drive& drive, int64_t* rows = nullptr) const;
   void fit_memory();
   void choose_rows(Drive& drive, int rows) const;
   // Strip n; covered: of each level, the rows that the strips before it held.

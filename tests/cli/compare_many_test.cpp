@@ -229,6 +229,25 @@ TEST_F(CompareMany, ExitsWithOneOverALimitAlone) {
   EXPECT_EQ(crossed.error_lines().size(), 1u) << crossed.err;
 }
 
+// A page holds its pictures: 20 bytes a pixel of each, and what packing takes.
+TEST_F(CompareMany, ReportsStayWithinTheMemory) {
+  save_claim(path("renders/large.tif"), 2000, 2000);  // whole and black
+  const std::vector<std::string> start{"compare", "renders/*", "--ref", "ref.exr", "-m", "error"};
+  std::vector<std::string> with_report = start;
+  with_report.insert(with_report.end(), {"--report", "page.html", "--max-memory", "300M"});
+  if (triad({"compare", "ref.exr", "--ref", "ref.exr", "-m", "error", "--report", "p.html"}).status != 0)
+    GTEST_SKIP() << "built without the viewer";
+  // Before the work: the pictures are not judged, nor are files left.
+  expect_refusal(with_report, {"a report of 5 pictures", "--max-memory", "M would do"});
+  fs::remove(path("renders/large.tif"));
+  expect_success(with_report);
+  expect_success({"compare", "ref.exr", "--ref", "ref.exr", "-m", "error", "--json", "s.json"});
+  expect_refusal({"report", "s.json", "--max-memory", "100M"},
+                 {"a report of 2 pictures", "--max-memory 14", "M would"});
+  expect_refusal({"report", "s.json", "--max-memory", "much"}, {"--max-memory", "much"});
+  expect_success({"report", "s.json", "--max-memory", "160M"});
+}
+
 TEST_F(CompareMany, SaysThatAReferenceIsBlack) {
   grey("black.exr", 0);
   const Outcome outcome = expect_status(0, {"compare", "renders/*.exr", "--ref", "black.exr", "-m", "error", "-q"});
@@ -283,6 +302,44 @@ TEST_F(CompareMany, MapsShareAScaleUnlessTold) {
   EXPECT_THAT(highs({"--map-scale", "each"}), ElementsAre(.5, .25, .063));
   EXPECT_THAT(highs({"--map-scale", "0:2"}), ElementsAre(2, 2, 2));
   EXPECT_TRUE(exists("maps/near.error.png"));
+}
+
+// Stops: the exposure at which a pixel is worst. Of light that is bright, they are all below 0.
+TEST_F(CompareMany, MapsWithValuesBelowZeroSpanWhatTheyHold) {
+  const auto light = [&](const std::string& name, double error) {
+    save(path(name), from_function(24, 16, 3, [&](int x, int y, int) {
+           return std::exp2(4 + x % 5) * (1 + error * ((x * 7 + y * 3) % 4));
+         }));
+  };
+  light("light.exr", 0);
+  light("a.exr", .2);
+  light("b.exr", .01);
+  const auto json =
+      expect_success({"compare", "a.exr", "b.exr", "--ref", "light.exr", "-m", "flip:mode=hdr,map=exposure", "--map",
+                      "maps/", "--map-format", "png", "--sheet", "maps/", "--json", "-"})
+          .json();
+  expect_success(
+      {"compare", "a.exr", "b.exr", "--ref", "light.exr", "-m", "flip:mode=hdr,map=exposure", "--map", "floats/"});
+  float least = 1e9f, greatest = -1e9f;
+  for (const std::string name : {"floats/a.flip.exr", "floats/b.flip.exr"})
+    for (const float stops : load(path(name)).values) {
+      least = std::min(least, stops);
+      greatest = std::max(greatest, stops);
+    }
+  ASSERT_LT(least, greatest);
+  ASSERT_LT(greatest, 0);
+  ASSERT_EQ(json["files"].size(), 4u);
+  for (const auto& file : json["files"]) {
+    // Two digits, outwards.
+    EXPECT_LE(file["scales"]["flip"]["low"], least);
+    EXPECT_NEAR(file["scales"]["flip"]["low"], least, .051 * std::abs(least));
+    EXPECT_GE(file["scales"]["flip"]["high"], greatest);
+    EXPECT_NEAR(file["scales"]["flip"]["high"], greatest, .051 * std::abs(greatest));
+  }
+  float brightest = 0;
+  for (const std::string name : {"maps/a.flip.png", "maps/b.flip.png"})
+    for (const float code : load(path(name)).values) brightest = std::max(brightest, code);
+  EXPECT_GT(brightest, .9f);
 }
 
 TEST_F(CompareMany, AMetricMaySayHowFarItsMapReaches) {

@@ -202,6 +202,24 @@ TEST_F(NotNumbers, FailOnRequest) {
   expect_refusal({"run", "bad.exr", "box", "-o", "out.exr", "--nan", "fail"}, {"bad.exr"});
 }
 
+TEST_F(NotNumbers, GiveNoScoresAndAdviceThatTheVerbTakes) {
+  const Outcome failed = expect_status(1, {"run", "bad.exr", "-m", "error", "--ref", "bad.exr"});
+  EXPECT_EQ(failed.error_lines().size(), 1u) << failed.err;
+  EXPECT_NE(failed.err.find("--nan zero"), std::string::npos) << failed.err;
+  EXPECT_EQ(failed.err.find("ignore"), std::string::npos) << failed.err;  // not of run
+  save(path("good.exr"), constant(6, 2, {.5f, .5f, .5f}));
+  expect_status(0, {"run", "bad.exr", "-m", "error", "--ref", "good.exr", "--nan", "zero"});
+}
+
+TEST_F(Run, SaysThatAReferenceIsBlack) {
+  save(path("black.exr"), constant(6, 4, {0, 0, 0}));
+  save(path("grey.exr"), constant(6, 4, {.5f, .5f, .5f}));
+  const Outcome outcome = expect_status(0, {"run", "grey.exr", "-m", "error", "-m", "error", "--ref", "black.exr"});
+  EXPECT_EQ(outcome.error_lines().size(), 1u) << outcome.err;
+  EXPECT_NE(outcome.err.find("'black.exr' is black"), std::string::npos) << outcome.err;
+  expect_success({"run", "black.exr", "-m", "error", "--ref", "grey.exr"});
+}
+
 TEST_F(NotNumbers, AreZeroOnRequest) {
   expect_status(0, {"run", "bad.exr", "box:x=3", "-o", "out.exr", "--nan", "zero"});
   expect_values(load(path("out.exr")), 2, 2, 0, [](int, int y, int) { return .5 * y; });

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <clocale>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -71,6 +74,22 @@ TEST(Text, FormatsForPeople) {
     EXPECT_FALSE(triad::is_valid_utf8(bad));
 }
 
+TEST(Text, EscapesWhatIsNoUtf8) {
+  for (const auto& [bytes, text] : {std::pair<std::string, std::string>{"gr\xfcn.exr", "gr\\xfcn.exr"},
+                                    {"gr\xc3\xbcn.exr", "gr\xc3\xbcn.exr"},
+                                    {"\xe2\x82", "\\xe2\\x82"},
+                                    {"\xc0\x80\xff", "\\xc0\\x80\\xff"},
+                                    {"\xed\xa0\x80", "\\xed\\xa0\\x80"},
+                                    {"", ""}}) {
+    EXPECT_EQ(triad::escape_non_utf8(bytes), text);
+    EXPECT_TRUE(triad::is_valid_utf8(text));
+    EXPECT_EQ(triad::unescape_non_utf8(text), bytes);
+  }
+  // What was never a byte of such a name stays.
+  for (const char* text : {"a\\x41", "a\\x", "a\\xf", "\\xFC", "\\xgf"})
+    EXPECT_EQ(triad::unescape_non_utf8(text), text);
+}
+
 class Files : public testing::Test {
  protected:
   void SetUp() override {
@@ -83,6 +102,51 @@ class Files : public testing::Test {
   }
   fs::path folder_;
 };
+
+// A process that was killed while it wrote leaves its file; the next one removes that file and nothing else.
+TEST_F(Files, WhatAKilledProcessLeftIsRemoved) {
+  const auto age = [](const fs::path& file, int seconds) {
+    fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::seconds(seconds));
+  };
+  const pid_t child = fork();
+  if (child == 0) {
+    triad::AtomicFile file(folder_ / "a.exr");
+    raise(SIGKILL);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  ASSERT_EQ(entries(), 1u);
+  const std::string left = fs::directory_iterator(folder_)->path().filename();
+  age(folder_ / left, 60);
+
+  const std::string dead = std::to_string(child), machine = left.substr(0, left.find(dead));  // ".triad-MACHINE-"
+  const std::string own = std::to_string(getpid());
+  std::vector<std::string> stay{machine + own + "-900.exr",  machine + "1-0.exr",
+                                machine + dead + "-x.exr",   machine + dead + "-0.exr.bak",
+                                machine + dead + "-00.exr",  machine + dead + "-.exr",
+                                machine + dead + "-0exr",    machine + "0" + dead + "-0.exr",
+                                machine + "-0.exr",          ".triad-00000000-" + dead + "-0.exr",
+                                ".triad-" + dead + "-0.exr", "x" + left};
+  for (const std::string& name : stay) {
+    std::ofstream(folder_ / name) << "x";
+    age(folder_ / name, 60);
+  }
+  stay.push_back(machine + dead + "-901.exr");  // just written
+  std::ofstream(folder_ / stay.back()) << "x";
+  stay.push_back(machine + dead + "-902.exr");
+  fs::create_directory(folder_ / stay.back());
+  age(folder_ / stay.back(), 60);
+  stay.push_back(machine + dead + "-903.exr");
+  fs::create_symlink("nowhere", folder_ / stay.back());
+  std::ofstream(folder_ / (machine + dead + "-904")) << "x";  // without an extension, to be removed as well
+  age(folder_ / (machine + dead + "-904"), 60);
+
+  triad::write_text_file(folder_ / "b.txt", "b");
+  EXPECT_FALSE(fs::exists(folder_ / left));
+  for (const std::string& name : stay) EXPECT_TRUE(fs::exists(fs::symlink_status(folder_ / name))) << name;
+  EXPECT_EQ(entries(), stay.size() + 1);
+}
 
 TEST_F(Files, AppearAtCommitOrNotAtAll) {
   const std::string path = folder_ / "a.txt";

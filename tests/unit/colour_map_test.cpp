@@ -96,6 +96,9 @@ TEST(RoundUp, GivesTwoDigits) {
   EXPECT_EQ(round_up_two_digits(1), 1);
   EXPECT_EQ(round_up_two_digits(123456), 130000);
   EXPECT_EQ(round_up_two_digits(3.21e-7), 3.3e-7);
+  EXPECT_EQ(round_up_two_digits(-.137), -.13);
+  EXPECT_EQ(round_up_two_digits(-.14), -.14);
+  EXPECT_EQ(round_up_two_digits(-123456), -120000);
 }
 
 TEST(ScaleFinder, CoversNinetyNinePercent) {
@@ -116,6 +119,28 @@ TEST(ScaleFinder, TakesTheLargestWhereMostIsZero) {
   ScaleFinder finder;
   for (int k = 0; k < 1000; ++k) finder.add(k == 7 ? .5f : 0);
   EXPECT_EQ(finder.high(), .5);
+}
+
+TEST(ScaleFinder, GoesFromTheLeastToTheGreatestWhereSignsMatter) {
+  const auto expect = [](const std::vector<float>& values, double low, double high) {
+    ScaleFinder finder;
+    for (const float value : values) finder.add(value);
+    EXPECT_EQ(finder.low(), low) << values[0];
+    EXPECT_EQ(finder.high(), high) << values[0];
+  };
+  expect({-3.33f, 1, 0, 5.01f}, -3.4, 5.1);
+  expect({-12, -3.08f, -7}, -12, -3);  // not up to 0, which no value is near
+  expect({-3, -3}, -3, 0);             // but a scale has two ends
+  expect({-2, 0, 0}, -2, 0);
+  expect({-std::numeric_limits<float>::infinity(), -1, 2}, -1, 2);
+  expect({-std::numeric_limits<float>::infinity(), 1, 2}, 0, 2);
+  // Among many zeros, a few of both signs count; among many values above 0, a few below do not.
+  std::vector<float> sparse(1000, 0.f), most(1000, .5f);
+  sparse[3] = -.5f;
+  sparse[5] = 2;
+  most[0] = -4;
+  expect(sparse, -.5, 2);
+  expect(most, 0, .5);
 }
 
 TEST(ScaleFinder, SurvivesWhatIsNoError) {

@@ -117,6 +117,15 @@ TEST(Outlier, IsTheOneWithTheWrongNumber) {
   EXPECT_FALSE(find_outlier(points)) << "four points leave too little to judge by";
 }
 
+TEST(Outlier, SaysARoughCostHoweverLarge) {
+  EXPECT_EQ(rough_cost(64.4), "64");
+  EXPECT_EQ(rough_cost(123456), "123456");
+  EXPECT_EQ(rough_cost(.0372), "0.037");
+  EXPECT_EQ(rough_cost(3e25), "3e+25");
+  EXPECT_EQ(rough_cost(std::numeric_limits<double>::infinity()), "inf");
+  EXPECT_EQ(rough_cost(std::numeric_limits<double>::quiet_NaN()), "nan");
+}
+
 TEST(CostRatio, IsTheDistanceOfTheLines) {
   const PowerLaw a = fit_power_law(falling(5, 1, 1)), b = fit_power_law(falling(5, 3, 1)),
                  half = fit_power_law(falling(5, 1, .5));

@@ -178,6 +178,36 @@ TEST(Image, PaletteAndBilevelAreWidened) {
   for (size_t i = 0; i < bits.size(); ++i) EXPECT_EQ(read.pixels[i], bits[i] / 255.f);
 }
 
+TEST(Image, SaysThatNoDataLieInTheDisplayWindow) {
+  const Folder folder;
+  const auto samples = noise<float>(20 * 15 * 3, 1.f);
+  int n = 0;
+  for (const auto& [dx, dy, outside] : {std::tuple{0, 0, false},
+                                        {23, 10, false},
+                                        {-19, -14, false},
+                                        {24, 0, true},
+                                        {0, 11, true},
+                                        {-20, 0, true},
+                                        {0, -15, true}}) {
+    OIIO::ImageSpec spec(20, 15, 3, TypeDesc::FLOAT);
+    spec.full_x = -3;
+    spec.full_y = 5;
+    spec.full_width = 24;
+    spec.full_height = 11;
+    spec.x = dx - 3;
+    spec.y = dy + 5;
+    const std::string path = folder / (std::to_string(n++) + ".exr");  // a warning is printed once
+    save(path, spec, TypeDesc::FLOAT, samples.data());
+    testing::internal::CaptureStderr();
+    ImageReader::open(path);
+    ImageReader::open(path);
+    const std::string warning = "triad: warning: '" + path + "' is black: its data window, 20 x 15 at (" +
+                                std::to_string(dx - 3) + ", " + std::to_string(dy + 5) +
+                                "), lies outside of its display window, 24 x 11 at (-3, 5)\n";
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), outside ? warning : "") << dx << ", " << dy;
+  }
+}
+
 TEST(Image, DataWindowIsPlacedInTheDisplayWindow) {
   const Folder folder;
   const auto samples = noise<float>(20 * 15 * 3, 1.f);

@@ -198,6 +198,34 @@ TEST(NoiseSpectrumSums, OfAConstantAreNone) {
   for (const double p : got.power) EXPECT_EQ(p, 0);
 }
 
+TEST(NoiseSpectrumMetric, HasStripsThatFitThoseOfOtherMetrics) {
+  const triad_image image = header(600, 4000, 1);
+  for (const int tile : {8, 100, 127, 128, 129, 253, 254, 256, 257, 300, 511, 512}) {
+    triad::StageInstance stage(host().find("noise-spectrum"), {{"tile", std::to_string(tile)}});
+    const int rows = stage.plan({&image, &image, nullptr}, {nullptr, nullptr, nullptr}).plan.strip_rows;
+    // Together, and with the 64 and 128 of others, at most 256 rows.
+    EXPECT_TRUE(rows == 64 || rows == 128 || rows == 256) << tile << ": " << rows;
+    EXPECT_GE(2 * rows, tile - 1) << tile;
+    // The tiles of a strip reach beyond it.
+    const triad_rect need = stage.need(0, {0, 2 * rows, 600, 3 * rows})[0];
+    EXPECT_EQ(need.y0, 2 * rows);
+    EXPECT_GE(need.y1, 3 * rows + 1);
+    EXPECT_LE(need.y1, 3 * rows - 1 + tile + (tile == 8 ? 1 : 0));
+  }
+}
+
+TEST(NoiseSpectrumSums, AreTheSameWhateverTheStrips) {
+  const Difference d = difference(40, 301, 3, true);
+  const NoiseResult whole = measured(d, 50, .125, 301);
+  for (const int rows : {25, 64, 128}) {
+    const NoiseResult got = measured(d, 50, .125, rows);
+    ASSERT_EQ(got.power.size(), whole.power.size());
+    for (size_t i = 0; i < got.power.size(); ++i) EXPECT_NEAR(got.power[i] / whole.power[i], 1, 1e-11);
+    EXPECT_NEAR(got.low_share, whole.low_share, 1e-12);
+    EXPECT_NEAR(got.lag_y, whole.lag_y, 1e-12);
+  }
+}
+
 TEST(NoiseSpectrumMetric, IsOfTheLuminanceOrOfAllChannels) {
   Picture reference = noise(40, 24, 1, 3), test = reference;
   const Picture other = noise(40, 24, 1, 4);

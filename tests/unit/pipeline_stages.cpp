@@ -174,10 +174,15 @@ struct Variance {
     double sum, weight;
     int32_t strips, last_y;
   };
+  static constexpr auto params() {
+    return list(integer<&Variance::rows>("rows", "of a strip, 0 for any", {.def = 0, .min = 0, .max = 100000}));
+  }
+  int rows;
   double mean = 0;
   void plan(PlanCall& call) {
     call.out.channels = 1;
     call.plan.passes = 2;
+    call.plan.strip_rows = rows;
     call.plan.threads = TRIAD_REENTRANT;
     call.plan.edge = TRIAD_EDGE_CLAMP;
   }

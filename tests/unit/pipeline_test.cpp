@@ -395,6 +395,40 @@ TEST_F(Pipeline, MemoryIsBoundedOrRefused) {
   }
 }
 
+TEST_F(Pipeline, MetricsWhoseStripsDoNotFitTogetherAreRefused) {
+  RunRequest request;
+  request.input.path = store("in.exr", make_image(8, 12000, {"R", "G", "B"}));
+  PluginHost host({TRIAD_TEST_STAGES, TRIAD_BINARY_DIR "/plugins"});
+  const ColourConfig colours = ColourConfig::load();
+  const auto message = [&](const std::vector<std::string>& metrics) -> std::string {
+    request.metrics.clear();
+    for (const std::string& metric : metrics) request.metrics.push_back({parse_stage(metric), request.input, ""});
+    try {
+      triad::Run(request, host, colours);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  using testing::AllOf, testing::HasSubstr;
+  EXPECT_THAT(
+      message({"variance:rows=128", "variance:rows=127", "variance:rows=64"}),
+      AllOf(HasSubstr("'variance:rows=128' works in strips of 128 rows"),
+            HasSubstr("'variance:rows=127' in strips of 127"), HasSubstr("12000"), HasSubstr("one at a time")));
+  EXPECT_THAT(message({"variance:rows=128", "variance:rows=192", "variance:rows=4096"}),
+              AllOf(HasSubstr("'variance:rows=192' works"), HasSubstr("'variance:rows=4096' in strips of 4096")));
+  // One metric may have what strips it likes, and others that divide them.
+  EXPECT_EQ(message({"variance:rows=6400", "variance:rows=64"}), "");
+  EXPECT_EQ(message({"variance:rows=128", "variance:rows=192", "variance"}), "");
+  // A picture that is lower than the common strip is worked on whole, as long as there is memory for that.
+  request.input.path = store("in.exr", make_image(100, 4000, {"R", "G", "B"}));
+  EXPECT_EQ(message({"variance:rows=127", "variance"}), "");
+  request.max_memory = 150u << 20;
+  EXPECT_THAT(message({"variance:rows=127", "variance"}),
+              AllOf(HasSubstr("this chain needs"), HasSubstr("'variance:rows=127' works in strips of 127"),
+                    HasSubstr("'variance' in strips of 64")));
+}
+
 TEST_F(Pipeline, APictureKeptBeforeACropIsNotHeldForIt) {
   const Image image = make_image(64, 20000, {"R", "G", "B"});
   for (const char* before : {"cross:radius=1", "running"}) {

@@ -2,6 +2,7 @@
 // Which picture is best, which frame is worst, and how that is written.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -94,6 +95,29 @@ TEST(Ranking, RanksSequencesByTheirMeanAndFramesWorstFirst) {
   pictures.back().frame = 4;
   EXPECT_THAT(rank(pictures, "low").entries[1].pictures, ElementsAre(4, 1, 2, 0));
   EXPECT_EQ(rank(pictures, "low").entries[1].value, 5);
+}
+
+// The mean of infinities of both signs is not a number: no place among the others, wherever it comes in.
+TEST(Ranking, WhatIsNotANumberComesLast) {
+  constexpr double kInf = std::numeric_limits<double>::infinity(), kNan = std::numeric_limits<double>::quiet_NaN();
+  std::vector<JudgedPicture> pictures{frame(1, kInf), frame(2, -kInf)};
+  for (int i = 0; i < 40; ++i) pictures.push_back(picture(std::to_string(i), i % 4 == 3 ? kNan : 100 - i, 0, 0));
+  const Ranking ranking = rank_pictures(pictures, {metric("m")}, {"low"}, std::nullopt)[0];
+  ASSERT_EQ(ranking.entries.size(), 41u);
+  for (size_t e = 0; e < 30; ++e) {
+    EXPECT_EQ(ranking.entries[e].rank, static_cast<int>(e) + 1);
+    if (e > 0) {
+      EXPECT_GT(*ranking.entries[e].value, *ranking.entries[e - 1].value);
+    }
+  }
+  for (size_t e = 30; e < 41; ++e) {
+    EXPECT_EQ(ranking.entries[e].rank, 0) << ranking.entries[e].name;
+    EXPECT_TRUE(std::isnan(*ranking.entries[e].value)) << ranking.entries[e].name;
+  }
+  // Of frames it is the worst, as one without a score.
+  const Ranking frames = rank_pictures({frame(1, 3), frame(2, kNan), frame(3, 7), frame(4, kNan), frame(5, 1)},
+                                       {metric("m")}, {"low"}, std::nullopt)[0];
+  EXPECT_THAT(frames.entries[0].pictures, ElementsAre(1, 3, 2, 0, 4));
 }
 
 TEST(Ranking, OneScoreCanDecideForAllMetrics) {

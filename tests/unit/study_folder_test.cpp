@@ -72,6 +72,19 @@ TEST_F(StudyFolders, GiveBackWhatTheyKeep) {
   EXPECT_FALSE(again.find({1, 2}));
 }
 
+TEST_F(StudyFolders, KnowNamesAgainThatAreNoUtf8) {
+  files_[0].first = "gr\xfcn.gltf";
+  facts_[0].second = "\xff";
+  open().keep({0, 0}, {{"seconds", 1}});
+  EXPECT_EQ(refusal(), "accepted");
+  EXPECT_TRUE(open().find({0, 0}));
+  std::ostringstream plan;
+  plan << std::ifstream(folder_ / "out/plan.json").rdbuf();
+  EXPECT_THAT(plan.str(), HasSubstr("gr\\\\xfcn.gltf"));  // the backslash is itself escaped
+  files_[0].first = "gr\xf6n.gltf";                       // another file, not the same question mark
+  EXPECT_THAT(refusal(), HasSubstr("had no part"));
+}
+
 TEST_F(StudyFolders, TakeARunThatCannotBeReadAsNotThere) {
   open().keep({0, 0}, {{"seconds", 1}});
   std::ofstream(folder_ / "out/runs/0-0000.json") << "{\"measured\": {\"sec";

@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 #include <triad/base/error.hpp>
+#include <triad/base/log.hpp>
 #include <triad/base/text.hpp>
 #include <triad/image/internal/file_check.hpp>
 #include <triad/image/internal/header.hpp>
@@ -29,6 +30,7 @@ class OiioReader final : public ImageReader {
     const ChannelChoice choice = choose(options, format);
     check(format);
     describe(path, format, native_, options, choice, spec_, info_);
+    warn_of_windows();
     plan_channels(options, choice);
     block_rows_ = image::block_rows(format, native_);
     decoder_bytes_ = count_decoder_bytes(format);
@@ -148,6 +150,20 @@ class OiioReader final : public ImageReader {
     if (ratio == 1 && native_.nchannels == 3 && native_.get_int_attribute("tiff:PhotometricInterpretation", 2) == 6)
       ratio = 2;  // subsampled chroma
     check_length(path_, file_size(path_), static_cast<double>(native_.image_bytes(true)), ratio);
+  }
+
+  // A crop may leave nothing of what was rendered, and a wrong origin of the display window shows nothing of it.
+  void warn_of_windows() const {
+    const auto apart = [](int64_t begin, int64_t size, int64_t whole) { return begin >= whole || begin + size <= 0; };
+    if (!apart(info_.data_x, native_.width, spec_.width) && !apart(info_.data_y, native_.height, spec_.height))
+      return;
+    const auto window = [](int width, int height, int x, int y) {
+      return std::to_string(width) + " x " + std::to_string(height) + " at (" + std::to_string(x) + ", " +
+             std::to_string(y) + ")";
+    };
+    warn("'" + path_ + "' is black: its data window, " + window(native_.width, native_.height, native_.x, native_.y) +
+         ", lies outside of its display window, " +
+         window(spec_.width, spec_.height, native_.full_x, native_.full_y));
   }
 
   void plan_channels(const ReadOptions& options, const ChannelChoice& choice) {
