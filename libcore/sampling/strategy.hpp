@@ -91,7 +91,8 @@ class Strategy {
   // What it gives each pixel of the film.
   virtual Film::Holds film_holds() const { return Film::Holds::kMany; }
   // The picture of the whole film. The same bits for any number of threads and any tile. Ended early, it is what
-  // was done so far: passes go over the whole picture, so all of it is there, with more noise.
+  // was done so far: passes go over the whole picture, so all of it is there, with more noise. (But not before
+  // options.soon_s: until then some parts may have many samples and others none.)
   // Throws what the source throws; Error(kUsage) for until_rmse if estimates_error() is false.
   virtual RenderResult render(const Source& source, const RenderOptions& options) const = 0;
 };
