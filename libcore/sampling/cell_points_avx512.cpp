@@ -1,40 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #if defined(__x86_64__)
-#include <immintrin.h>
-
 #include <cstring>
 #include <triad/sampling/cell_points_avx512.hpp>
-
-#define TRIAD_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")))
-// (GCC 12 warns of values in its own header that are left open on purpose: its bug 105593.)
-#pragma GCC diagnostic ignored "-Wuninitialized"
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#include <triad/sampling/lanes_avx512.hpp>
 
 namespace triad::avx512 {
 namespace {
 
-// owen_scramble_rest() of each.
-TRIAD_AVX512 inline __m512i scramble(__m512i x, uint32_t seed) {
-  x = _mm512_add_epi32(x, _mm512_set1_epi32(static_cast<int32_t>(seed)));
-  x = _mm512_mullo_epi32(x, _mm512_set1_epi32(static_cast<int32_t>(seed >> 16 | 1u)));
-  x = _mm512_xor_si512(x, _mm512_mullo_epi32(x, _mm512_set1_epi32(0x05526c56)));
-  return _mm512_xor_si512(x, _mm512_mullo_epi32(x, _mm512_set1_epi32(0x53a22864)));
-}
-
-// reverse_bits() of each: its bytes' order, and in each byte the halves by a table of four bits.
-TRIAD_AVX512 inline __m512i reverse(__m512i x) {
-  const __m512i order = _mm512_broadcast_i32x4(_mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
-  const __m512i four = _mm512_broadcast_i32x4(_mm_setr_epi8(0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15));
-  const __m512i half = _mm512_set1_epi8(15);
-  const __m512i bytes = _mm512_shuffle_epi8(x, order);
-  const __m512i to_high = _mm512_shuffle_epi8(_mm512_slli_epi32(four, 4), _mm512_and_si512(bytes, half));
-  const __m512i to_low = _mm512_shuffle_epi8(four, _mm512_and_si512(_mm512_srli_epi32(bytes, 4), half));
-  return _mm512_or_si512(to_high, to_low);
-}
-
 // CellSide::move() of fractions * 2^32.
-TRIAD_AVX512 inline __m512d move(const CellSide& side, __m256i fractions) {
-  const __m512d place = _mm512_mul_pd(_mm512_cvtepu32_pd(fractions), _mm512_set1_pd(0x1p-32));
+TRIAD_AVX512 inline __m512d move(const CellSide& side, __m256i bits) {
+  const __m512d place = fractions(bits);
   if (side.stays()) return place;
   const std::span<const CellSide::Cell> cells = side.cells();
   __m512d cell = _mm512_setzero_pd(), start = cell, scale = _mm512_set1_pd(cells[0].scale);
@@ -45,14 +20,6 @@ TRIAD_AVX512 inline __m512d move(const CellSide& side, __m256i fractions) {
     scale = _mm512_mask_mov_pd(scale, past, _mm512_set1_pd(cells[c].scale));
   }
   return _mm512_add_pd(cell, _mm512_mul_pd(_mm512_sub_pd(place, start), scale));
-}
-
-// Members that lie side by side, in one store each.
-static_assert(offsetof(SampleRequest, x) == 0 && offsetof(SampleRequest, y) == sizeof(double) &&
-              offsetof(SampleRequest, pixel_y) == offsetof(SampleRequest, pixel_x) + sizeof(int32_t));
-TRIAD_AVX512 inline void put(SampleRequest& request, __m128d place, int64_t pixel) {
-  _mm_storeu_pd(reinterpret_cast<double*>(&request), place);
-  std::memcpy(&request.pixel_x, &pixel, sizeof(pixel));
 }
 
 struct Frame {
@@ -67,15 +34,9 @@ TRIAD_AVX512 inline void put(const Frame& frame, __m512d x, __m512d y, SampleReq
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(cell), _mm256_add_epi32(row, _mm512_cvttpd_epi32(x)));
   x = _mm512_add_pd(frame.x0, x);
   y = _mm512_add_pd(frame.y0, y);
-  const __m512d even = _mm512_unpacklo_pd(x, y), odd = _mm512_unpackhi_pd(x, y);
-  put(requests[0], _mm512_castpd512_pd128(even), frame.pixel);
-  put(requests[1], _mm512_castpd512_pd128(odd), frame.pixel);
-  put(requests[2], _mm512_extractf64x2_pd(even, 1), frame.pixel);
-  put(requests[3], _mm512_extractf64x2_pd(odd, 1), frame.pixel);
-  put(requests[4], _mm512_extractf64x2_pd(even, 2), frame.pixel);
-  put(requests[5], _mm512_extractf64x2_pd(odd, 2), frame.pixel);
-  put(requests[6], _mm512_extractf64x2_pd(even, 3), frame.pixel);
-  put(requests[7], _mm512_extractf64x2_pd(odd, 3), frame.pixel);
+  put_places(requests, x, y);
+  static_assert(offsetof(SampleRequest, pixel_y) == offsetof(SampleRequest, pixel_x) + sizeof(int32_t));
+  for (size_t i = 0; i < 8; ++i) std::memcpy(&requests[i].pixel_x, &frame.pixel, sizeof(frame.pixel));
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ struct FilmPlanes {
   bool operator==(const FilmPlanes&) const = default;
 };
 // "depth,normal,object-id": names out of depth, position, normal, albedo, object-id, material-id, variance, samples,
-// reasons;// "" is none. Throws Error(kUsage) naming `option`.
+// reasons; "" is none. Throws Error(kUsage) naming `option`.
 FilmPlanes parse_planes(const std::string& text, const std::string& option);
 // Those names, for help texts.
 std::vector<std::string> plane_names();

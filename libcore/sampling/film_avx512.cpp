@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled with AVX-512 F, BW, DQ and VL enabled.
-#if defined(__AVX512F__)
-#include <immintrin.h>
-
+#if defined(__x86_64__)
 #include <triad/sampling/hot_avx512.hpp>
+#include <triad/sampling/lanes_avx512.hpp>
 #include <triad/sampling/sobol.hpp>
 
 namespace triad::avx512 {
@@ -16,22 +14,22 @@ static_assert(offsetof(Sample, rgb) == 0 && offsetof(Sample, valid) == 12);
 const float* floats(const Sample& sample) { return reinterpret_cast<const float*>(&sample); }
 
 // Whether the bits and-ed together, of colours with `valid` behind them in the fourth lane, are of valid ones.
-bool valid(__m128 bits) { return (_mm_extract_epi32(_mm_castps_si128(bits), 3) & 1) != 0; }
+TRIAD_AVX512 bool valid(__m128 bits) { return (_mm_extract_epi32(_mm_castps_si128(bits), 3) & 1) != 0; }
 
 template <bool kHalves>
-bool add(double* sums, bool fresh, const SampleRequest* requests, const Sample* samples, size_t n, double* half_sums,
-         uint32_t* in_half) {
+TRIAD_AVX512 bool add(double* sums, bool fresh, const SampleRequest* requests, const Sample* samples, size_t n,
+                      double* half_sums, uint32_t* in_half) {
   __m512d sum = _mm512_zextpd256_pd512(_mm256_maskz_loadu_pd(kThree, sums));
   __m512d compensation = _mm512_zextpd256_pd512(_mm256_maskz_loadu_pd(kThree, sums + 3));
   __m512d half = _mm512_setzero_pd();
   if constexpr (kHalves) half = _mm512_zextpd256_pd512(_mm256_maskz_loadu_pd(kThree, half_sums));
   uint32_t in = 0;
-  const auto in_half_1 = [&](size_t at, __mmask8 lanes) {
+  const auto in_half_1 = [&](size_t at, __mmask8 lanes) TRIAD_AVX512 {
     if (!sobol_half(requests[at].index)) return __mmask8{0};
     ++in;
     return lanes;
   };
-  const auto add_pair = [&](__m512d x) {
+  const auto add_pair = [&](__m512d x) TRIAD_AVX512 {
     const __m512d after = _mm512_add_pd(sum, x), came = _mm512_sub_pd(after, sum);
     const __m512d lost = _mm512_add_pd(_mm512_sub_pd(sum, _mm512_sub_pd(after, came)), _mm512_sub_pd(x, came));
     compensation = _mm512_add_pd(compensation, lost);
@@ -88,8 +86,8 @@ bool add(double* sums, bool fresh, const SampleRequest* requests, const Sample* 
 
 }  // namespace
 
-bool add_run(double* sum, bool fresh, const SampleRequest* requests, const Sample* samples, size_t n, double* half,
-             uint32_t* in_half) {
+TRIAD_AVX512 bool add_run(double* sum, bool fresh, const SampleRequest* requests, const Sample* samples, size_t n,
+                          double* half, uint32_t* in_half) {
   return half ? add<true>(sum, fresh, requests, samples, n, half, in_half)
               : add<false>(sum, fresh, requests, samples, n, nullptr, nullptr);
 }
