@@ -40,6 +40,17 @@ class BadInput : public Cli {
   }
 };
 
+// An installation that lacks the library which reads pictures: what needs none goes on.
+TEST_F(BadInput, PicturesWithoutTheirLibrary) {
+  std::filesystem::create_directory(folder_ / "lib");
+  std::filesystem::copy(TRIAD_LIBRARY, folder_ / "lib/libtriad.so.0");
+  save(path("a.exr"), constant(4, 4, {.5f, .5f, .5f}));
+  Options options;
+  options.environment = {{"LD_LIBRARY_PATH", path("lib")}, {"TRIAD_DATA", TRIAD_SOURCE_DIR "/data"}};
+  expect_status(0, {"--version"}, options);
+  expect_refusal({"info", "a.exr"}, {"cannot load", "lib/triad/openimageio.so", "pictures"}, options);
+}
+
 TEST_F(BadInput, IsMissing) {
   expect_all_refused("missing.exr");
   expect_refusal({"info", "missing.exr"}, {"missing.exr"});
