@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #if defined(__x86_64__)
-#include <cstring>
 #include <triad/sampling/cell_points_avx512.hpp>
 #include <triad/sampling/lanes_avx512.hpp>
 
@@ -25,18 +24,14 @@ TRIAD_AVX512 inline __m512d move(const CellSide& side, __m256i bits) {
 struct Frame {
   __m512d x0, y0;  // the pixel's corner on the film
   __m256i columns;
-  int64_t pixel;  // both numbers as they lie in a request
 };
 
 // Eight requests from their places in the pixel.
-TRIAD_AVX512 inline void put(const Frame& frame, __m512d x, __m512d y, SampleRequest* requests, uint32_t* cell) {
+TRIAD_AVX512 inline void put(const Frame& frame, __m512d x, __m512d y, const EightMembers& members,
+                             SampleRequest* requests, uint32_t* cell) {
   const __m256i row = _mm256_mullo_epi32(_mm512_cvttpd_epi32(y), frame.columns);
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(cell), _mm256_add_epi32(row, _mm512_cvttpd_epi32(x)));
-  x = _mm512_add_pd(frame.x0, x);
-  y = _mm512_add_pd(frame.y0, y);
-  put_places(requests, x, y);
-  static_assert(offsetof(SampleRequest, pixel_y) == offsetof(SampleRequest, pixel_x) + sizeof(int32_t));
-  for (size_t i = 0; i < 8; ++i) std::memcpy(&requests[i].pixel_x, &frame.pixel, sizeof(frame.pixel));
+  put_requests(requests, _mm512_add_pd(frame.x0, x), _mm512_add_pd(frame.y0, y), members);
 }
 
 }  // namespace
@@ -45,17 +40,18 @@ TRIAD_AVX512 void place_in_cells(const CellPixel& pixel, const CellSide& across,
                                  const uint32_t* start_x, const uint32_t* start_y, std::span<SampleRequest> requests,
                                  uint32_t* cell) {
   const auto columns = static_cast<int32_t>(across.count()), rows = static_cast<int32_t>(down.count());
-  Frame frame{_mm512_set1_pd(static_cast<double>(pixel.x) * columns),
-              _mm512_set1_pd(static_cast<double>(pixel.y) * rows), _mm256_set1_epi32(columns), 0};
-  const int32_t both[2] = {pixel.x, pixel.y};
-  std::memcpy(&frame.pixel, both, sizeof(both));
+  const Frame frame{_mm512_set1_pd(static_cast<double>(pixel.x) * columns),
+              _mm512_set1_pd(static_cast<double>(pixel.y) * rows), _mm256_set1_epi32(columns)};
+  EightMembers members = eight_members(request_members(requests[0].footprint_px, pixel.x, pixel.y, requests[0].index));
   for (size_t i = 0; i < requests.size(); i += kTogether) {
     const __m512i x = reverse(scramble(_mm512_loadu_si512(start_x + i), pixel.seed_x));
     const __m512i y = reverse(scramble(_mm512_loadu_si512(start_y + i), pixel.seed_y));
-    put(frame, move(across, _mm512_castsi512_si256(x)), move(down, _mm512_castsi512_si256(y)), &requests[i],
+    put(frame, move(across, _mm512_castsi512_si256(x)), move(down, _mm512_castsi512_si256(y)), members, &requests[i],
         cell + i);
-    put(frame, move(across, _mm512_extracti64x4_epi64(x, 1)), move(down, _mm512_extracti64x4_epi64(y, 1)),
+    members = next_eight(members);
+    put(frame, move(across, _mm512_extracti64x4_epi64(x, 1)), move(down, _mm512_extracti64x4_epi64(y, 1)), members,
         &requests[i + 8], cell + i + 8);
+    members = next_eight(members);
   }
 }
 

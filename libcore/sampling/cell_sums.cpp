@@ -157,8 +157,8 @@ class Adder {
   }
   TRIAD_INLINE_BODY void expect(size_t pixel) const {
     const size_t first = first_cell(pixel);
-    film_.expect_sum(first);
-    film_.expect_sum(first + static_cast<size_t>(columns_ - 1));
+    film_.expect(first);
+    film_.expect(first + static_cast<size_t>(columns_ - 1));
   }
   struct Place {
     int x, y;

@@ -109,10 +109,26 @@ Film::Film(int width, int height, const FilmPlanes& planes, Holds holds)
   FilmPlanes free = planes;
   free.samples = free.reasons = free.error = false;
   colour_only_ = free == FilmPlanes{} && moments_.empty();
-  if (holds != Holds::kMany && colour_only_ && !planes.error)
-    ones_.resize(n);
-  else
+  holds_ = colour_only_ && !planes.error ? holds : Holds::kMany;
+  if (holds_ == Holds::kMany)
     colour_.resize(n);
+  else
+    ones_.resize(n);
+}
+
+bool Film::Colour::add(const Sample& sample) {
+  if (!sample.valid || !finite(sample.rgb)) {
+    ++left_out;
+    return false;
+  }
+  ++count;
+  for (size_t c = 0; c < 3; ++c) {
+    NeumaierSum each{sum[c], compensation[c]};
+    each.add(sample.rgb[c]);
+    sum[c] = each.sum;
+    compensation[c] = each.compensation;
+  }
+  return true;
 }
 
 // All of them at once, if each can be kept; else none, and false.
@@ -160,17 +176,15 @@ bool Film::add_one(One& one, const Sample& sample) {
 // that it does not matter whether the others came along with it. False, and nothing was added, if a sample is not
 // valid or not finite.
 template <bool kHalves>
-TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const SampleRequest> requests,
+TRIAD_INLINE_BODY inline bool Film::add_run(Colour& colour, Half* half_sum, std::span<const SampleRequest> requests,
                                             std::span<const Sample> samples) {
-  Colour& colour = colour_[pixel];
 #if defined(__x86_64__)
   if (wide_) {
     const uint32_t n = static_cast<uint32_t>(samples.size());
     static_assert(offsetof(Colour, sum) == 0 && offsetof(Colour, compensation) == 3 * sizeof(double));
-    Half* const half = kHalves ? &half_[pixel] : nullptr;
     if (!avx512::add_run(reinterpret_cast<double*>(&colour), n > 1 && colour.count + colour.left_out == 0,
-                         requests.data(), samples.data(), n, half ? half->sum.data() : nullptr,
-                         half ? &half->count : nullptr))
+                         requests.data(), samples.data(), n, kHalves ? half_sum->sum.data() : nullptr,
+                         kHalves ? &half_sum->count : nullptr))
       return false;
     colour.count += n;
     return true;
@@ -190,7 +204,7 @@ TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const Sample
   Eight sum = __builtin_shufflevector(total, kNothing, 0, 1, 2, 3, 4, 5, 6, 7);
   Eight compensation = __builtin_shufflevector(lost, kNothing, 0, 1, 2, 3, 4, 5, 6, 7);
   Eight half{};
-  if constexpr (kHalves) std::memcpy(&half, half_[pixel].sum.data(), kThree);
+  if constexpr (kHalves) std::memcpy(&half, half_sum->sum.data(), kThree);
   uint32_t in_half = 0;
   bool valid = true;
   // The three colours in one load; what follows them is no number.
@@ -248,63 +262,115 @@ TRIAD_INLINE_BODY inline bool Film::add_run(size_t pixel, std::span<const Sample
   colour.count = count;
   colour.left_out = left_out;
   if constexpr (kHalves) {
-    for (size_t c = 0; c < 3; ++c) half_[pixel].sum[c] = half[c] + half[c + 4];
-    half_[pixel].count += in_half;
+    for (size_t c = 0; c < 3; ++c) half_sum->sum[c] = half[c] + half[c + 4];
+    half_sum->count += in_half;
   }
+  return true;
+}
+
+Film::Colour Film::sums_of(const One& few) {
+  Colour colour;
+  for (size_t c = 0; c < 3; ++c) colour.sum[c] = static_cast<double>(few.rgb[c]) * few.count;  // of one, it is it
+  colour.count = few.count;
+  colour.left_out = few.left_out;
+  return colour;
+}
+
+void Film::put_mean(const Colour& colour, One& few) {
+  for (size_t c = 0; c < 3; ++c) few.rgb[c] = static_cast<float>(colour.value(c) / std::max(1u, colour.count));
+  few.count = static_cast<uint16_t>(colour.count);
+  few.left_out = static_cast<uint16_t>(colour.left_out);
+  if (colour.count + colour.left_out > kMostFew) throw_internal("a film of a few samples a pixel was given more");
+}
+
+// add_run() of a film of a few.
+TRIAD_INLINE_BODY inline bool Film::add_few(One& few, std::span<const Sample> samples) {
+#if defined(__x86_64__)
+  static_assert(offsetof(One, rgb) == 0 && offsetof(One, count) == 12 && offsetof(One, left_out) == 14);
+  if (wide_ && few.count <= 1 && few.count + few.left_out + samples.size() <= kMostFew)
+    return avx512::add_few(few.rgb.data(), samples.data(), static_cast<uint32_t>(samples.size()));
+#endif
+  Colour colour = sums_of(few);
+  if (!add_run<false>(colour, nullptr, {}, samples)) return false;
+  put_mean(colour, few);
   return true;
 }
 
 void Film::add_one_by_one(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t first,
                           size_t past, std::vector<size_t>& left_out) {
+  const size_t p = pixel(requests[first].pixel_x, requests[first].pixel_y);
+  if (holds_ == Holds::kMany) {
+    for (size_t i = first; i < past; ++i)
+      if (!add(p, requests[i].index, samples[i])) left_out.push_back(i);
+    return;
+  }
+  Colour colour = sums_of(ones_[p]);
   for (size_t i = first; i < past; ++i)
-    if (!add(pixel(requests[i].pixel_x, requests[i].pixel_y), requests[i].index, samples[i])) left_out.push_back(i);
+    if (!colour.add(samples[i])) left_out.push_back(i);
+  put_mean(colour, ones_[p]);
 }
 
-template <bool kHalves, bool kMore>
+template <Film::Keeps kKeeps>
 TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requests, std::span<const Sample> samples,
-                                             std::vector<size_t>& left_out) {
-  for (size_t first = 0, past = 0; first < requests.size(); first = past) {
-    for (past = first + 1; past < requests.size(); ++past)
-      if (!same_pixel(requests[past], requests[first])) break;
-    const size_t p = pixel(requests[first].pixel_x, requests[first].pixel_y);
-    uint32_t count = colour_[p].count;
-    if (!add_run<kHalves>(p, requests.subspan(first, past - first), samples.subspan(first, past - first))) {
-      if (past > first + 1 && count + colour_[p].left_out == 0) past = first + 1;  // as add_run() would have it
+                                             size_t each, std::vector<size_t>& left_out) {
+  for (size_t first = 0, past = 0, end = 0; first < requests.size(); first = past) {
+    if (first == end) {
+      end = first + std::max<size_t>(each, 1);
+      if (each == 0)
+        while (end < requests.size() && same_pixel(requests[end], requests[first])) ++end;
+    }
+    past = end;
+    const size_t p = pixel(requests[first].pixel_x, requests[first].pixel_y), n = past - first;
+    bool fresh, added;
+    if constexpr (kKeeps == Keeps::kFew) {
+      fresh = ones_[p].count + ones_[p].left_out == 0;
+      added = add_few(ones_[p], samples.subspan(first, n));
+    } else {
+      uint32_t count = colour_[p].count;
+      fresh = count + colour_[p].left_out == 0;
+      Half* const half = planes_.error ? &half_[p] : nullptr;
+      if (kKeeps == Keeps::kHalves || (kKeeps == Keeps::kMore && half))
+        added = add_run<true>(colour_[p], half, requests.subspan(first, n), samples.subspan(first, n));
+      else
+        added = add_run<false>(colour_[p], nullptr, requests.subspan(first, n), samples.subspan(first, n));
+      if (kKeeps == Keeps::kMore && added)
+        for (size_t i = first; i < past; ++i) add_planes(p, ++count, samples[i]);
+    }
+    if (!added) {
+      if (fresh) past = first + 1;  // as add_run() would have it
       add_one_by_one(requests, samples, first, past, left_out);
-    } else if constexpr (kMore) {
-      for (size_t i = first; i < past; ++i) add_planes(p, ++count, samples[i]);
     }
   }
 }
 
-std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span<const Sample> samples) {
+std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t each) {
   std::vector<size_t> left_out;
-  if (!ones_.empty()) {
+  if (holds_ == Holds::kOneEach) {
     if (add_all_ones(requests, samples)) return left_out;
     for (size_t i = 0; i < samples.size(); ++i)
       if (!add_one(ones_[pixel(requests[i].pixel_x, requests[i].pixel_y)], samples[i])) left_out.push_back(i);
-  } else if (colour_only_) {
-    if (planes_.error)
-      run_widest([&]() TRIAD_INLINE_BODY { add_runs<true, false>(requests, samples, left_out); });
-    else
-      run_widest([&]() TRIAD_INLINE_BODY { add_runs<false, false>(requests, samples, left_out); });
+  } else if (holds_ == Holds::kFew) {
+    run_widest([&]() TRIAD_INLINE_BODY { add_runs<Keeps::kFew>(requests, samples, each, left_out); });
+  } else if (!colour_only_) {
+    add_runs<Keeps::kMore>(requests, samples, each, left_out);
   } else if (planes_.error) {
-    add_runs<true, true>(requests, samples, left_out);
+    run_widest([&]() TRIAD_INLINE_BODY { add_runs<Keeps::kHalves>(requests, samples, each, left_out); });
   } else {
-    add_runs<false, true>(requests, samples, left_out);
+    run_widest([&]() TRIAD_INLINE_BODY { add_runs<Keeps::kColour>(requests, samples, each, left_out); });
   }
   return left_out;
 }
 
 bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
-  if (!ones_.empty()) return add_one(ones_[pixel], sample);
-  Colour& colour = colour_[pixel];
-  if (!sample.valid || !finite(sample.rgb)) {
-    ++colour.left_out;
-    return false;
+  if (holds_ == Holds::kOneEach) return add_one(ones_[pixel], sample);
+  if (holds_ == Holds::kFew) {
+    Colour colour = sums_of(ones_[pixel]);
+    const bool kept = colour.add(sample);
+    put_mean(colour, ones_[pixel]);
+    return kept;
   }
-  ++colour.count;
-  for (size_t c = 0; c < 3; ++c) colour.add(c, sample.rgb[c]);
+  Colour& colour = colour_[pixel];
+  if (!colour.add(sample)) return false;
   if (planes_.error && sobol_half(index)) {
     add_to(half_[pixel].sum, sample.rgb);
     ++half_[pixel].count;

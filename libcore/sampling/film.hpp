@@ -48,10 +48,12 @@ void require_film_memory(int width, int height, const FilmPlanes& planes, double
 // pixel's samples come and on nothing else. Different threads may add to different pixels at the same time.
 class Film {
  public:
-  // How many samples a pixel is given at most. A film of one each that keeps colours only is a quarter as large, and
-  // as much faster to walk through; a second sample is then a defect of the caller's. So is one of a few that are
-  // added by add_sum() alone: each time, their mean is rounded to float, as pictures are.
+  // How many samples a pixel is given at most. A film that keeps colours only of one each or of a few, up to kMostFew,
+  // is a quarter as large, and as much faster to walk through. With one each, a second sample is a defect of the
+  // caller's. Of a few, the mean is rounded to float, as pictures are, whenever some are added: it is rounded once if
+  // all come in one call, or the first alone in one before, and so is the picture that of a film of many, bit for bit.
   enum class Holds { kMany, kFew, kOneEach };
+  static constexpr uint32_t kMostFew = 16;
   // Throws as require_film_memory() does, before any memory is taken.
   Film(int width, int height, const FilmPlanes& planes, Holds holds = Holds::kMany);
 
@@ -61,16 +63,17 @@ class Film {
   size_t pixel(int x, int y) const { return static_cast<size_t>(y) * static_cast<size_t>(width_) + x; }
   size_t pixels() const { return static_cast<size_t>(width_) * static_cast<size_t>(height_); }
   // A hint that samples of the pixel will be added soon: brings it near.
-  void expect(size_t pixel) const {
-    if (ones_.empty()) __builtin_prefetch(&colour_[pixel], 1);
+  TRIAD_INLINE_BODY void expect(size_t pixel) const {
+    __builtin_prefetch(ones_.empty() ? static_cast<const void*>(&colour_[pixel]) : &ones_[pixel], 1);
   }
 
   // Adds the pixel's sample number `index`. False, and nothing was added, if it is not valid or its colour not
   // finite. (Geometry that is not finite only leaves the geometry's planes as they are.)
   bool add(size_t pixel, uint32_t index, const Sample& sample);
-  // The same, faster, for many samples at once, whose requests say pixels and indices. Returns where in the spans
-  // those stand that were left out.
-  std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples);
+  // The same, faster, for many samples at once, whose requests say pixels and indices. With each > 0 there are so many
+  // of every pixel, one pixel after the other, which changes nothing but is faster. Returns where in the spans those
+  // stand that were left out.
+  std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t each = 0);
 
   // Whether it keeps colours, and perhaps their halves, and nothing else. Then samples can be summed before:
   bool keeps_sums() const { return colour_only_; }
@@ -84,11 +87,6 @@ class Film {
   TRIAD_INLINE_BODY void add_half_sum(size_t pixel, const SampleSum& samples);
   // Counts one that is not kept.
   void leave_out(size_t pixel);
-  // As expect(), of any film.
-  TRIAD_INLINE_BODY void expect_sum(size_t pixel) const {
-    __builtin_prefetch(ones_.empty() ? static_cast<const void*>(&colour_[pixel]) : &ones_[pixel], 1);
-  }
-
   uint32_t count(size_t pixel) const { return ones_.empty() ? colour_[pixel].count : ones_[pixel].count; }
   // How many of the pixel's samples add() left out.
   uint32_t left_out(size_t pixel) const { return ones_.empty() ? colour_[pixel].left_out : ones_[pixel].left_out; }
@@ -129,12 +127,8 @@ class Film {
     std::array<double, 3> sum{}, compensation{};
     uint32_t count = 0, left_out = 0;
     double value(size_t c) const { return NeumaierSum{sum[c], compensation[c]}.value(); }
-    void add(size_t c, double x) {
-      NeumaierSum each{sum[c], compensation[c]};
-      each.add(x);
-      sum[c] = each.sum;
-      compensation[c] = each.compensation;
-    }
+    // False: it cannot be kept, and was counted only.
+    bool add(const Sample& sample);
   };
   std::vector<Colour, ZeroPageAllocator<Colour>> colour_;  // or else
   struct One {
@@ -155,13 +149,18 @@ class Film {
   std::vector<double> depth_;
   std::vector<std::array<double, 3>> position_, normal_, albedo_;
   std::vector<uint32_t> object_id_, material_id_;
+  Holds holds_;  // kMany, whatever was asked for, where more than colours are kept
   bool add_one(One& one, const Sample& sample);
+  static Colour sums_of(const One& few);
+  static void put_mean(const Colour& colour, One& few);
+  bool add_few(One& few, std::span<const Sample> samples);
   bool add_all_ones(std::span<const SampleRequest> requests, std::span<const Sample> samples);
   template <bool kHalves>
-  bool add_run(size_t pixel, std::span<const SampleRequest> requests, std::span<const Sample> samples);
+  bool add_run(Colour& colour, Half* half, std::span<const SampleRequest> requests, std::span<const Sample> samples);
   void add_planes(size_t pixel, uint32_t count, const Sample& sample);
-  template <bool kHalves, bool kMore>
-  void add_runs(std::span<const SampleRequest> requests, std::span<const Sample> samples,
+  enum class Keeps { kFew, kColour, kHalves, kMore };
+  template <Keeps kKeeps>
+  void add_runs(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t each,
                 std::vector<size_t>& left_out);
   void add_one_by_one(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t first,
                       size_t past, std::vector<size_t>& left_out);

@@ -16,17 +16,21 @@ const float* floats(const Sample& sample) { return reinterpret_cast<const float*
 // Whether the bits and-ed together, of colours with `valid` behind them in the fourth lane, are of valid ones.
 TRIAD_AVX512 bool valid(__m128 bits) { return (_mm_extract_epi32(_mm_castps_si128(bits), 3) & 1) != 0; }
 
+struct Sums {
+  __m256d sum, compensation, half;
+  uint32_t in_half = 0;  // of the samples added
+};
+
+// Adds to them. `fresh`: as add_run() has it. False, and they mean nothing, if a sample is not valid or not finite.
 template <bool kHalves>
-TRIAD_AVX512 bool add(double* sums, bool fresh, const SampleRequest* requests, const Sample* samples, size_t n,
-                      double* half_sums, uint32_t* in_half) {
-  __m512d sum = _mm512_zextpd256_pd512(_mm256_maskz_loadu_pd(kThree, sums));
-  __m512d compensation = _mm512_zextpd256_pd512(_mm256_maskz_loadu_pd(kThree, sums + 3));
+TRIAD_AVX512 inline __attribute__((always_inline)) bool add(Sums& sums, bool fresh, const SampleRequest* requests,
+                                                            const Sample* samples, size_t n) {
+  __m512d sum = _mm512_zextpd256_pd512(sums.sum), compensation = _mm512_zextpd256_pd512(sums.compensation);
   __m512d half = _mm512_setzero_pd();
-  if constexpr (kHalves) half = _mm512_zextpd256_pd512(_mm256_maskz_loadu_pd(kThree, half_sums));
-  uint32_t in = 0;
+  if constexpr (kHalves) half = _mm512_zextpd256_pd512(sums.half);
   const auto in_half_1 = [&](size_t at, __mmask8 lanes) TRIAD_AVX512 {
     if (!sobol_half(requests[at].index)) return __mmask8{0};
-    ++in;
+    ++sums.in_half;
     return lanes;
   };
   const auto add_pair = [&](__m512d x) TRIAD_AVX512 {
@@ -72,14 +76,26 @@ TRIAD_AVX512 bool add(double* sums, bool fresh, const SampleRequest* requests, c
   const __mmask8 infinite = _mm256_cmpeq_epi64_mask(exponents, _mm256_set1_epi64x(kInfinite));
   alone = _mm_and_ps(alone, _mm_and_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps(all, 1)));
   if (!valid(alone) || (infinite & kThree) != 0) return false;
-  _mm256_mask_storeu_pd(sums, kThree, after);
-  _mm256_mask_storeu_pd(sums + 3, kThree,
-                        _mm256_add_pd(_mm256_add_pd(_mm512_castpd512_pd256(compensation), lost),
-                                      _mm512_extractf64x4_pd(compensation, 1)));
+  sums.sum = after;
+  sums.compensation = _mm256_add_pd(_mm256_add_pd(_mm512_castpd512_pd256(compensation), lost),
+                                    _mm512_extractf64x4_pd(compensation, 1));
+  if constexpr (kHalves) sums.half = _mm256_add_pd(_mm512_castpd512_pd256(half), _mm512_extractf64x4_pd(half, 1));
+  return true;
+}
+
+template <bool kHalves>
+TRIAD_AVX512 inline __attribute__((always_inline)) bool add_to_record(double* record, bool fresh,
+                                                                      const SampleRequest* requests,
+                                                                      const Sample* samples, size_t n,
+                                                                      double* half_sums, uint32_t* in_half) {
+  Sums sums{_mm256_maskz_loadu_pd(kThree, record), _mm256_maskz_loadu_pd(kThree, record + 3), _mm256_setzero_pd()};
+  if constexpr (kHalves) sums.half = _mm256_maskz_loadu_pd(kThree, half_sums);
+  if (!add<kHalves>(sums, fresh, requests, samples, n)) return false;
+  _mm256_mask_storeu_pd(record, kThree, sums.sum);
+  _mm256_mask_storeu_pd(record + 3, kThree, sums.compensation);
   if constexpr (kHalves) {
-    _mm256_mask_storeu_pd(half_sums, kThree,
-                          _mm256_add_pd(_mm512_castpd512_pd256(half), _mm512_extractf64x4_pd(half, 1)));
-    *in_half += in;
+    _mm256_mask_storeu_pd(half_sums, kThree, sums.half);
+    *in_half += sums.in_half;
   }
   return true;
 }
@@ -88,8 +104,19 @@ TRIAD_AVX512 bool add(double* sums, bool fresh, const SampleRequest* requests, c
 
 TRIAD_AVX512 bool add_run(double* sum, bool fresh, const SampleRequest* requests, const Sample* samples, size_t n,
                           double* half, uint32_t* in_half) {
-  return half ? add<true>(sum, fresh, requests, samples, n, half, in_half)
-              : add<false>(sum, fresh, requests, samples, n, nullptr, nullptr);
+  return half ? add_to_record<true>(sum, fresh, requests, samples, n, half, in_half)
+              : add_to_record<false>(sum, fresh, requests, samples, n, nullptr, nullptr);
+}
+
+TRIAD_AVX512 bool add_few(float* mean, const Sample* samples, uint32_t n) {
+  const __m128 before = _mm_loadu_ps(mean);
+  const auto counts = static_cast<uint32_t>(_mm_extract_epi32(_mm_castps_si128(before), 3));
+  Sums sums{_mm256_maskz_cvtps_pd(kThree, before), _mm256_setzero_pd(), _mm256_setzero_pd()};
+  if (!add<false>(sums, n > 1 && counts == 0, nullptr, samples, n)) return false;
+  const __m256d total = _mm256_add_pd(sums.sum, sums.compensation);
+  const __m128 after = _mm256_cvtpd_ps(_mm256_div_pd(total, _mm256_set1_pd((counts & 0xffff) + n)));
+  _mm_storeu_ps(mean, _mm_castsi128_ps(_mm_insert_epi32(_mm_castps_si128(after), static_cast<int32_t>(counts + n), 3)));
+  return true;
 }
 
 }  // namespace triad::avx512

@@ -2,8 +2,10 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
+#include <triad/numeric/widest.hpp>
 #include <triad/sampling/pixel_points.hpp>
 #include <triad/sampling/point_strategy.hpp>
+#include <triad/sampling/request_members.hpp>
 #include <vector>
 
 namespace triad {
@@ -18,6 +20,8 @@ const StrategyInfo kInfo{
 
 typedef int32_t TwoInts __attribute__((vector_size(8)));
 typedef double Two __attribute__((vector_size(16)));
+typedef int64_t TwoWords __attribute__((vector_size(16)));
+typedef int64_t FourWords __attribute__((vector_size(32)));
 
 class Grid final : public PointStrategy {
  public:
@@ -41,6 +45,26 @@ class Grid final : public PointStrategy {
       place += __builtin_convertvector(pixel, Two);
       std::memcpy(static_cast<void*>(&request), &place, sizeof(place));
     }
+  }
+
+  void place_runs(std::span<SampleRequest> requests, size_t each) const override {
+    run_wide([&]() TRIAD_INLINE_BODY {
+      for (size_t first = 0; first < requests.size(); first += each) {
+        SampleRequest* const run = &requests[first];
+        const Two corner{static_cast<double>(run->pixel_x), static_cast<double>(run->pixel_y)};
+        const std::array<double, 2>* const places = &places_[run->index];
+        RequestMembers members = members_of(*run);
+        for (size_t i = 0; i < each; ++i, members += kNextIndex) {
+          Two place;
+          std::memcpy(&place, &places[i], sizeof(place));
+          place += corner;
+          // All that comes before the seed, in one store.
+          static_assert(offsetof(SampleRequest, seed) == sizeof(FourWords));
+          const FourWords all = __builtin_shufflevector((TwoWords)place, (TwoWords)members, 0, 1, 2, 3);
+          std::memcpy(static_cast<void*>(&run[i]), &all, sizeof(all));
+        }
+      }
+    });
   }
 
  private:

@@ -19,9 +19,14 @@ namespace triad::avx512 {
 bool add_run(double* sum, bool fresh, const SampleRequest* requests, const Sample* samples, size_t n, double* half,
              uint32_t* in_half);
 
+// Film::add_run() for a pixel of which three floats are the mean of at most one sample, and behind them 16 bits each the
+// number of those and of those left out: in the end, of all. `n` of at least 1; false, and nothing was changed, as
+// above.
+bool add_few(float* mean, const Sample* samples, uint32_t n);
+
 // What place_sobol_owen() does for sixteen samples of one pixel whose coordinates before the scrambling, in reverse
-// order and after owen_scramble_start(), are given.
+// order and after owen_scramble_start(), are given; and say_all(), with the pixel's first request in the same array.
 void place_sixteen(const uint32_t* start_x, const uint32_t* start_y, uint32_t seed_x, uint32_t seed_y,
-                   SampleRequest* requests);
+                   const SampleRequest& first, SampleRequest* requests);
 
 }  // namespace triad::avx512

@@ -22,7 +22,8 @@ class Importance final : public FilteredPoints {
   bool estimates_error() const override { return points().halves_are_alike(); }
 
   RenderResult render(const Source& source, const RenderOptions& options) const override {
-    const auto place = [this](std::span<SampleRequest> requests) {
+    const auto place = [this](std::span<SampleRequest> requests, size_t each) {
+      if (each > 0) say_all(requests, each);
       points().place(requests);
       for (SampleRequest& r : requests) {
         r.x = r.pixel_x + .5 + filter().place(r.x - r.pixel_x);

@@ -8,7 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <triad/sampling/source.hpp>
+#include <triad/sampling/request_members.hpp>
 
 #define TRIAD_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")))
 // (GCC 12 warns of values in its own header that are left open on purpose: its bug 105593.)
@@ -41,19 +41,36 @@ TRIAD_AVX512 inline __m512d fractions(__m256i bits) {
   return _mm512_mul_pd(_mm512_cvtepu32_pd(bits), _mm512_set1_pd(0x1p-32));
 }
 
-// Sets x and y of eight requests.
-static_assert(offsetof(SampleRequest, x) == 0 && offsetof(SampleRequest, y) == sizeof(double));
-TRIAD_AVX512 inline void put_places(SampleRequest* requests, __m512d x, __m512d y) {
+// What eight requests say besides x and y, and seed: that of the even ones, and of the odd ones, which count up.
+struct EightMembers {
+  __m512i even, odd;
+};
+TRIAD_AVX512 inline EightMembers eight_members(const RequestMembers& first) {
+  const __m512i all = _mm512_broadcast_i32x4(_mm_loadu_si128(reinterpret_cast<const __m128i*>(&first)));
+  return {_mm512_add_epi32(all, _mm512_setr_epi32(0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 4, 0, 0, 0, 6)),
+          _mm512_add_epi32(all, _mm512_setr_epi32(0, 0, 0, 1, 0, 0, 0, 3, 0, 0, 0, 5, 0, 0, 0, 7))};
+}
+TRIAD_AVX512 inline EightMembers next_eight(const EightMembers& members) {
+  const __m512i more = _mm512_setr_epi32(0, 0, 0, 8, 0, 0, 0, 8, 0, 0, 0, 8, 0, 0, 0, 8);
+  return {_mm512_add_epi32(members.even, more), _mm512_add_epi32(members.odd, more)};
+}
+
+// Sets all but the seed of eight requests.
+static_assert(offsetof(SampleRequest, x) == 0 && offsetof(SampleRequest, y) == 8 &&
+              offsetof(SampleRequest, footprint_px) == 16 && offsetof(SampleRequest, seed) == 32);
+TRIAD_AVX512 inline void put_requests(SampleRequest* requests, __m512d x, __m512d y, const EightMembers& members) {
   const __m512d even = _mm512_unpacklo_pd(x, y), odd = _mm512_unpackhi_pd(x, y);
-  const auto at = [requests](size_t i) { return reinterpret_cast<double*>(requests + i); };
-  _mm_storeu_pd(at(0), _mm512_castpd512_pd128(even));
-  _mm_storeu_pd(at(1), _mm512_castpd512_pd128(odd));
-  _mm_storeu_pd(at(2), _mm512_extractf64x2_pd(even, 1));
-  _mm_storeu_pd(at(3), _mm512_extractf64x2_pd(odd, 1));
-  _mm_storeu_pd(at(4), _mm512_extractf64x2_pd(even, 2));
-  _mm_storeu_pd(at(5), _mm512_extractf64x2_pd(odd, 2));
-  _mm_storeu_pd(at(6), _mm512_extractf64x2_pd(even, 3));
-  _mm_storeu_pd(at(7), _mm512_extractf64x2_pd(odd, 3));
+  const __m512d even_members = _mm512_castsi512_pd(members.even), odd_members = _mm512_castsi512_pd(members.odd);
+  // Two numbers of one and two of the other, for two requests each.
+  const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+  const auto put = [requests](size_t i, __m512d both) TRIAD_AVX512 {
+    _mm256_storeu_pd(reinterpret_cast<double*>(requests + i), _mm512_castpd512_pd256(both));
+    _mm256_storeu_pd(reinterpret_cast<double*>(requests + i + 2), _mm512_extractf64x4_pd(both, 1));
+  };
+  put(0, _mm512_permutex2var_pd(even, low, even_members));
+  put(1, _mm512_permutex2var_pd(odd, low, odd_members));
+  put(4, _mm512_permutex2var_pd(even, high, even_members));
+  put(5, _mm512_permutex2var_pd(odd, high, odd_members));
 }
 
 }  // namespace triad::avx512

@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/passes.hpp>
-#include <type_traits>
+#include <triad/sampling/request_members.hpp>
+#include <utility>
 
 namespace triad {
 namespace {
 
 constexpr size_t kBatch = 512;          // samples asked for at once: 53 kB, and .5 ms at 1 us each
-constexpr uint32_t kSecondPass = 16;    // samples per pixel after the second of all passes
 constexpr double kFewestForError = 16;  // samples per pixel before an estimated error is believed
 
 }  // namespace
@@ -58,32 +56,34 @@ Passes::Queue::Queue(Passes& passes)
       requests_(kBatch, {.footprint_px = passes.footprint_px_, .seed = passes.taker_.options().seed}),
       samples_(kBatch) {}
 
+// Room for n requests of one pixel, of which the first is to be set, and with each_ == 0 the others, too.
+SampleRequest* Passes::Queue::add_run(size_t n) {
+  if (size_ == 0) {
+    each_ = n;
+  } else if (each_ != n && each_ != 0) {
+    say_all(std::span(requests_).first(size_), each_);
+    each_ = 0;
+  }
+  return requests_.data() + std::exchange(size_, size_ + n);
+}
+
 bool Passes::Queue::add_row(int x0, int x1, int y, uint32_t first, uint32_t past) {
   const Film& film = passes_.film();
-  // Four members that lie side by side, in one store.
-  typedef int32_t FourInts __attribute__((vector_size(16)));
-  static_assert(offsetof(SampleRequest, footprint_px) + sizeof(FourInts) == offsetof(SampleRequest, seed));
-  static_assert(offsetof(SampleRequest, pixel_x) == offsetof(SampleRequest, footprint_px) + 4);
-  static_assert(offsetof(SampleRequest, pixel_y) == offsetof(SampleRequest, footprint_px) + 8);
-  static_assert(std::is_trivially_copyable_v<SampleRequest>);
-  const auto says = [y, footprint_px = std::bit_cast<int32_t>(passes_.footprint_px_)](int x, uint32_t index) {
-    return FourInts{footprint_px, x, y, static_cast<int32_t>(index)};
-  };
-  const auto put = [](SampleRequest& request, const FourInts& members) {
-    std::memcpy(static_cast<void*>(&request.footprint_px), &members, sizeof(members));
+  const auto says = [y, footprint_px = passes_.footprint_px_](int x, uint32_t index) {
+    return request_members(footprint_px, x, y, index);
   };
   if (past - first == 1) {
     for (int x = x0; x < x1;) {
       if (size_ == kBatch && !flush()) return false;
-      SampleRequest* const run = requests_.data() + size_;
       const int n = std::min(static_cast<int>(kBatch - size_), x1 - x);
-      FourInts members = says(x, first);
-      for (int i = 0; i < n; ++i, members += FourInts{0, 1, 0, 0}) {
+      SampleRequest* const run = add_run(1);
+      size_ += static_cast<size_t>(n - 1);
+      RequestMembers members = says(x, first);
+      for (int i = 0; i < n; ++i, members += kNextPixel) {
         film.expect(film.pixel(x + i, y));
-        put(run[i], members);
+        put_members(run[i], members);
       }
       x += n;
-      size_ += static_cast<size_t>(n);
     }
     return true;
   }
@@ -94,22 +94,21 @@ bool Passes::Queue::add_row(int x0, int x1, int y, uint32_t first, uint32_t past
     if (past - first > kBatch - size_ && !flush()) return false;
     for (uint32_t index = first; index < past;) {
       if (size_ == kBatch && !flush()) return false;
-      SampleRequest* const run = requests_.data() + size_;
       const size_t n = std::min<size_t>(kBatch - size_, past - index);
-      FourInts members = says(x, index);
-      for (size_t i = 0; i < n; ++i, members += FourInts{0, 0, 0, 1}) put(run[i], members);
+      SampleRequest* const run = add_run(n);
+      put_members(*run, says(x, index));
+      if (each_ == 0) say_all({run, n}, n);
       index += static_cast<uint32_t>(n);
-      size_ += n;
     }
   }
   return true;
 }
 
 bool Passes::Queue::flush() {
-  const std::span<SampleRequest> asked(requests_.data(), size_);
-  passes_.place_(asked);
-  size_ = 0;
-  return passes_.taker_.add(asked, std::span(samples_).first(asked.size()), passes_.weigh_);
+  const std::span<SampleRequest> asked(requests_.data(), std::exchange(size_, 0));
+  if (asked.empty()) return true;
+  passes_.place_(asked, each_);
+  return passes_.taker_.add(asked, std::span(samples_).first(asked.size()), each_, passes_.weigh_);
 }
 
 bool Passes::run(int64_t groups, const std::function<void(int64_t, Queue&)>& fill, bool estimate) {

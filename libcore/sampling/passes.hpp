@@ -13,8 +13,10 @@ namespace triad {
 // One render: asks the source in batches, sums the answers, keeps the record. Not for several threads at once.
 class Passes {
  public:
-  // Sets x and y of requests that say all else and share a seed: point number `index` of its pixel. Pure, any thread.
-  using Place = std::function<void(std::span<SampleRequest>)>;
+  // Sets x and y of requests that share a seed: point number `index` of its pixel. Either they say all else, and
+  // `each` is 0; or there are `each` of every pixel, one pixel after the other, and this does what say_all() does, too.
+  // Pure, any thread.
+  using Place = std::function<void(std::span<SampleRequest>, size_t each)>;
 
   // `weigh`, if there is one, changes the colours of samples before they are summed; those of one pixel are given to
   // it in the order of their indices, by one thread at a time.
@@ -35,10 +37,12 @@ class Passes {
     bool flush();
 
    private:
+    SampleRequest* add_run(size_t n);
+
     Passes& passes_;
-    std::vector<SampleRequest> requests_;  // what they all say alike stays in them
+    std::vector<SampleRequest> requests_;  // with the seed that they all share
     std::vector<Sample> samples_;
-    size_t size_ = 0;
+    size_t size_ = 0, each_ = 0;  // each_ of every pixel, said by the first; or 0, and all say all
   };
 
   // A pass: fill(group, queue) for each of the groups, in any order, on all threads. The picture depends on the
@@ -49,6 +53,8 @@ class Passes {
   // Each pixel's samples first .. past - 1, in tiles.
   bool run_all(uint32_t first, uint32_t past, bool estimate = true);
 
+  // What the first two passes of these come to; a pixel has its samples to there at once, or the first alone before.
+  static constexpr uint32_t kSecondPass = 16;
   // All passes of spp samples in each pixel: to 1 of each, 16, 32, 64 and so on, so that there is soon something to
   // see, and no pass is so small that walking through the film costs more than its samples. While options.soon_s have
   // not gone by, a row of a tile takes its samples to 16 at once; if all do, that was the first pass.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <numeric>
-#include <triad/sampling/passes.hpp>
 #include <triad/sampling/point_strategy.hpp>
 
 namespace triad {
@@ -20,9 +19,16 @@ uint64_t spread_stride(uint64_t count) {
   return stride;
 }
 
+void PointStrategy::place_runs(std::span<SampleRequest> requests, size_t each) const {
+  say_all(requests, each);
+  place(requests);
+}
+
 RenderResult PointStrategy::render(const Source& source, const RenderOptions& options) const {
   Passes passes(*this, source, options, footprint_px(),
-                [this](std::span<SampleRequest> requests) { place(requests); });
+                [this](std::span<SampleRequest> requests, size_t each) {
+                  return each > 0 ? place_runs(requests, each) : place(requests);
+                });
   passes.run_all_in_turn(samples_per_pixel());
   return passes.finish();
 }

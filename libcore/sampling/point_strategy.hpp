@@ -2,6 +2,7 @@
 // What strategies have in common that put n points into each pixel and take the mean of the samples there.
 #pragma once
 
+#include <triad/sampling/passes.hpp>
 #include <triad/sampling/strategy_base.hpp>
 
 namespace triad {
@@ -13,7 +14,10 @@ class PointStrategy : public StrategyBase {
   using StrategyBase::StrategyBase;
   uint64_t most_samples(int width, int height) const override;
   Film::Holds film_holds() const override {
-    return samples_per_pixel() == 1 ? Film::Holds::kOneEach : Film::Holds::kMany;
+    const uint32_t spp = samples_per_pixel();
+    return spp == 1                     ? Film::Holds::kOneEach
+           : spp <= Passes::kSecondPass ? Film::Holds::kFew
+                                        : Film::Holds::kMany;
   }
   RenderResult render(const Source& source, const RenderOptions& options) const override;
 
@@ -23,14 +27,16 @@ class PointStrategy : public StrategyBase {
   // Sets x and y of requests that say all else: point number `index` of its pixel. They share a seed, and where
   // neighbours are of one pixel, their indices count up by one. Pure, any thread.
   virtual void place(std::span<SampleRequest> requests) const = 0;
+  // The same of `each` requests of every pixel, as Passes::Place says.
+  virtual void place_runs(std::span<SampleRequest> requests, size_t each) const;
 };
 
 // A step near the golden section of `count`, and prime to it: 0, stride, 2 stride ... modulo `count` is an order of
 // count places side by side in which the first few are all over them, for renders that are ended early.
 uint64_t spread_stride(uint64_t count);
 
-// The places of sobol-owen, as PointStrategy::place() says.
-void place_sobol_owen(std::span<SampleRequest> requests);
+// The places of sobol-owen, as Passes::Place says.
+void place_sobol_owen(std::span<SampleRequest> requests, size_t each = 0);
 // The same, in [0, 1) of each request's pixel.
 void sobol_owen_places(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y);
 

@@ -86,16 +86,17 @@ bool SampleTaker::take(std::span<const SampleRequest> requests, std::span<Sample
   return true;
 }
 
-bool SampleTaker::add(std::span<const SampleRequest> requests, std::span<Sample> samples, const Weigh& weigh) {
+bool SampleTaker::add(std::span<const SampleRequest> requests, std::span<Sample> samples, size_t each,
+                      const Weigh& weigh) {
   if (stop()) return false;
   source_.eval(requests, samples);
   if (weigh) weigh(requests, samples);
-  keep(requests, samples);
+  keep(requests, samples, each);
   return true;
 }
 
-void SampleTaker::keep(std::span<const SampleRequest> requests, std::span<const Sample> samples) {
-  for (const size_t left_out : film().add(requests, samples)) drop(requests[left_out]);
+void SampleTaker::keep(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t each) {
+  for (const size_t left_out : film().add(requests, samples, each)) drop(requests[left_out]);
   tell_progress();
 }
 

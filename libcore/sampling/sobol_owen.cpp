@@ -26,6 +26,9 @@ class SobolOwen final : public PointStrategy {
  protected:
   uint32_t samples_per_pixel() const override { return spp_; }
   void place(std::span<SampleRequest> requests) const override { place_sobol_owen(requests); }
+  void place_runs(std::span<SampleRequest> requests, size_t each) const override {
+    place_sobol_owen(requests, each);
+  }
 
  private:
   uint32_t spp_;
@@ -82,21 +85,22 @@ TRIAD_INLINE_BODY inline void place_pixels(std::span<const SampleRequest> reques
   for (size_t i = 0; i < requests.size(); ++i) put(i, x[i], y[i]);
 }
 
-constexpr auto kNoneAtOnce = [](size_t, SobolOwenSeeds) { return false; };
+constexpr auto kNoneAtOnce = [](const SampleRequest&, SobolOwenSeeds, size_t) { return false; };
 
-// put(i, x, y) for each request; or else put_many(i, seeds), which may say false, for kMany from there on that are of
-// one pixel.
+// put(i, x, y) for each request; or else put_many(first, seeds, i), which may say false, for kMany from there on of the
+// pixel of request `first`. With each > 0 there are so many of every pixel; or else it is looked for.
 template <bool kOnFilm, class Put, class PutMany>
-TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests, const Put& put,
+TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests, size_t each, const Put& put,
                                          const PutMany& put_many) {
   constexpr size_t kFew = 4;
   for (size_t begin = 0, past = 0; begin < requests.size(); begin = past) {
     const SampleRequest& first = requests[begin];
-    for (past = begin + 1; past < requests.size(); ++past)  // the run of the first one's pixel
-      if (!same_pixel(requests[past], first)) break;
+    past = begin + std::max<size_t>(each, 1);
+    if (each == 0)  // the run of the first one's pixel
+      while (past < requests.size() && same_pixel(requests[past], first)) ++past;
     if (past == begin + 1) {  // alone, as are perhaps those after it
       while (past < requests.size() && past - begin < kMany && requests[past].index == first.index &&
-             !(past + 1 < requests.size() && same_pixel(requests[past], requests[past + 1])))
+             !(each != 1 && past + 1 < requests.size() && same_pixel(requests[past], requests[past + 1])))
         ++past;
       place_pixels<kMany, kOnFilm>(requests.subspan(begin, past - begin),
                                    [&](size_t i, double x, double y) TRIAD_INLINE_BODY { put(begin + i, x, y); });
@@ -106,15 +110,16 @@ TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests
     const int32_t x0 = kOnFilm ? first.pixel_x : 0, y0 = kOnFilm ? first.pixel_y : 0;
     for (size_t at = begin; at < past;) {
       const size_t left = past - at, most = left > kFew ? kMany : kFew, count = std::min(left, most);
-      if (count == kMany && put_many(at, seeds)) {
+      if (count == kMany && put_many(first, seeds, at)) {
         at += kMany;
         continue;
       }
+      const uint32_t index = first.index + static_cast<uint32_t>(at - begin);
       const auto put_here = [&](size_t i, double x, double y) TRIAD_INLINE_BODY { put(at + i, x, y); };
       if (most == kMany)
-        place_lanes<kMany>(seeds, requests[at].index, x0, y0, count, put_here);
+        place_lanes<kMany>(seeds, index, x0, y0, count, put_here);
       else
-        place_lanes<kFew>(seeds, requests[at].index, x0, y0, count, put_here);
+        place_lanes<kFew>(seeds, index, x0, y0, count, put_here);
       at += count;
     }
   }
@@ -122,7 +127,7 @@ TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests
 
 }  // namespace
 
-void place_sobol_owen(std::span<SampleRequest> requests) {
+void place_sobol_owen(std::span<SampleRequest> requests, size_t each) {
   const auto put = [&](size_t i, double x, double y) TRIAD_INLINE_BODY {
     requests[i].x = x;
     requests[i].y = y;
@@ -130,16 +135,21 @@ void place_sobol_owen(std::span<SampleRequest> requests) {
 #if defined(__x86_64__)
   static const bool wide = default_cpu_path() == CpuPath::kAvx512;
   if (wide) {
-    const auto put_many = [&](size_t first, SobolOwenSeeds seeds) TRIAD_INLINE_BODY {
-      const uint32_t index = requests[first].index;
+    bool all_by_hand = each % kMany == 0;  // which say all
+    for (size_t i = 0; each > 0 && all_by_hand && i < requests.size(); i += each)
+      all_by_hand = requests[i].index + each <= SobolStarts::kCount;
+    if (!all_by_hand) say_all(requests, each);
+    const auto put_many = [&](const SampleRequest& first, SobolOwenSeeds seeds, size_t i) TRIAD_INLINE_BODY {
+      const uint32_t index = first.index + static_cast<uint32_t>(&requests[i] - &first);
       if (index > SobolStarts::kCount - kMany) return false;
-      avx512::place_sixteen(&kSobolStarts.x[index], &kSobolStarts.y[index], seeds.x, seeds.y, &requests[first]);
+      avx512::place_sixteen(&kSobolStarts.x[index], &kSobolStarts.y[index], seeds.x, seeds.y, first, &requests[i]);
       return true;
     };
-    return run_avx512([&]() TRIAD_INLINE_BODY { place_runs<true>(requests, put, put_many); });
+    return run_avx512([&]() TRIAD_INLINE_BODY { place_runs<true>(requests, each, put, put_many); });
   }
 #endif
-  run_widest([&]() TRIAD_INLINE_BODY { place_runs<true>(requests, put, kNoneAtOnce); });
+  if (each > 1) say_all(requests, each);
+  run_widest([&]() TRIAD_INLINE_BODY { place_runs<true>(requests, each, put, kNoneAtOnce); });
 }
 
 void sobol_owen_places(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y) {
@@ -148,7 +158,7 @@ void sobol_owen_places(std::span<const SampleRequest> requests, std::span<double
       x[i] = place_x;
       y[i] = place_y;
     };
-    place_runs<false>(requests, put, kNoneAtOnce);
+    place_runs<false>(requests, 0, put, kNoneAtOnce);
   });
 }
 

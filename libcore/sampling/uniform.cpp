@@ -39,7 +39,12 @@ class Uniform final : public FilteredPoints {
       }
     };
     Passes passes(
-        *this, source, options, footprint_px(), [this](auto requests) { place(requests); }, weigh);
+        *this, source, options, footprint_px(),
+        [this](auto requests, size_t each) {
+          if (each > 0) say_all(requests, each);
+          place(requests);
+        },
+        weigh);
     passes.run_all_in_turn(spp());
     RenderResult result = passes.finish();
     if (by_weights_) result.colour = divided(result.film, weights, factor);
