@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstddef>
+#include <cstring>
 #include <triad/sampling/point_strategy.hpp>
 
 namespace triad {
@@ -21,9 +23,15 @@ class Control final : public PointStrategy {
   uint32_t samples_per_pixel() const override { return whole("spp"); }
   float footprint_px() const override { return 1; }  // of the pixel, however often
   void place(std::span<SampleRequest> requests) const override {
+    typedef int32_t TwoInts __attribute__((vector_size(8)));
+    typedef double Two __attribute__((vector_size(16)));
+    static_assert(offsetof(SampleRequest, pixel_y) == offsetof(SampleRequest, pixel_x) + sizeof(int32_t));
+    static_assert(offsetof(SampleRequest, x) == 0 && offsetof(SampleRequest, y) == sizeof(double));
     for (SampleRequest& request : requests) {
-      request.x = request.pixel_x + .5;
-      request.y = request.pixel_y + .5;
+      TwoInts pixel;
+      std::memcpy(&pixel, &request.pixel_x, sizeof(pixel));
+      const Two place = __builtin_convertvector(pixel, Two) + .5;
+      std::memcpy(static_cast<void*>(&request), &place, sizeof(place));
     }
   }
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -28,6 +29,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr size_t kFewPixels = 256;  // the relative error of a mean of 3 x 256 squared normals is 5%
 
 typedef int32_t FourInts __attribute__((vector_size(16)));
+typedef int64_t TwoWords __attribute__((vector_size(16)));
 typedef float FourFloats __attribute__((vector_size(16)));
 typedef double Four __attribute__((vector_size(32)));
 typedef int32_t EightInts __attribute__((vector_size(32)));
@@ -112,6 +114,8 @@ Film::Film(int width, int height, const FilmPlanes& planes, Holds holds)
   holds_ = colour_only_ && !planes.error ? holds : Holds::kMany;
   if (holds_ == Holds::kMany)
     colour_.resize(n);
+  else if (holds_ == Holds::kFew)
+    few_.resize(n);
   else
     ones_.resize(n);
 }
@@ -131,43 +135,53 @@ bool Film::Colour::add(const Sample& sample) {
   return true;
 }
 
-// All of them at once, if each can be kept; else none, and false.
-bool Film::add_all_ones(std::span<const SampleRequest> requests, std::span<const Sample> samples) {
+// Most often all can be kept, and are written as they are looked at.
+void Film::add_ones(std::span<const SampleRequest> requests, std::span<const Sample> samples,
+                    std::vector<size_t>& left_out) {
   constexpr int32_t kExponent = 0x7f800000;  // of a float; all set where it is not finite
-  FourInts wrong{};
-  bool valid = true;
+  constexpr int32_t kNothing = One::kNothing;
   static_assert(offsetof(Sample, rgb) == 0 && sizeof(Sample) >= sizeof(FourInts));
-  for (const Sample& sample : samples) {
-    FourInts bits;
-    std::memcpy(&bits, &sample, sizeof(bits));
-    wrong |= (bits & kExponent) == kExponent;
-    valid &= sample.valid;
-  }
-  if (!valid || (wrong[0] | wrong[1] | wrong[2]) != 0) return false;
-  static_assert(offsetof(One, rgb) == 0 && offsetof(One, count) == 12 && sizeof(One) == sizeof(FourInts));
-  constexpr One kCounted{{}, 1, 0};
-  FourInts counted, before{};
-  std::memcpy(&counted, &kCounted, sizeof(counted));
+  static_assert(offsetof(One, rgb) == 0 && sizeof(One) == 3 * sizeof(int32_t));
+  const auto one_of = [&](size_t i) -> One& { return ones_[pixel(requests[i].pixel_x, requests[i].pixel_y)]; };
+  FourInts wrong{};
+  bool valid = true, none = true;
   for (size_t i = 0; i < samples.size(); ++i) {
-    One& one = ones_[pixel(requests[i].pixel_x, requests[i].pixel_y)];
-    FourInts bits, old;
-    std::memcpy(&old, &one, sizeof(old));
-    before |= old;
+    One& one = one_of(i);
+    none &= one.is_none();
+    FourInts bits;
     std::memcpy(&bits, &samples[i], sizeof(bits));
-    bits = (bits & FourInts{-1, -1, -1, 0}) | counted;
-    std::memcpy(&one, &bits, sizeof(bits));
+    wrong |= (bits & kExponent) == kExponent;
+    valid &= samples[i].valid;
+    bits ^= kNothing;
+    // Not as twelve bytes, which would go by way of memory.
+    const int64_t two = ((TwoWords)bits)[0];
+    std::memcpy(&one.rgb[0], &two, sizeof(two));
+    std::memcpy(&one.rgb[2], &bits[2], sizeof(bits[2]));
   }
-  if (before[3] != 0) throw_internal("a film of one sample a pixel was given a second one");
-  return true;
+  if (!none) throw_internal("a film of one sample a pixel was given a second one");
+  if (valid && (wrong[0] | wrong[1] | wrong[2]) == 0) return;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (samples[i].valid && finite(samples[i].rgb)) continue;
+    one_of(i) = {{One::kLeftOut, 0, 0}};
+    left_out.push_back(i);
+  }
 }
 
-bool Film::add_one(One& one, const Sample& sample) {
+bool Film::add_one(size_t pixel, const Sample& sample) {
+  One& one = ones_[pixel];
+  if (!one.is_none()) throw_internal("a film of one sample a pixel was given a second one");
   const bool kept = sample.valid && finite(sample.rgb);
-  if (one.count + one.left_out > 0) throw_internal("a film of one sample a pixel was given a second one");
-  if (kept) one.rgb = sample.rgb;
-  one.count = kept;
-  one.left_out = !kept;
+  one = {{One::kLeftOut, 0, 0}};
+  if (kept)
+    for (size_t c = 0; c < 3; ++c) one.rgb[c] = std::bit_cast<uint32_t>(sample.rgb[c]) ^ One::kNothing;
   return kept;
+}
+
+std::array<float, 3> Film::One::colour() const {
+  std::array<float, 3> colour{};
+  if (is_kept())
+    for (size_t c = 0; c < 3; ++c) colour[c] = std::bit_cast<float>(rgb[c] ^ kNothing);
+  return colour;
 }
 
 // Compensated sums of the three colours side by side, with the error of each addition by Knuth's TwoSum: that of
@@ -268,7 +282,7 @@ TRIAD_INLINE_BODY inline bool Film::add_run(Colour& colour, Half* half_sum, std:
   return true;
 }
 
-Film::Colour Film::sums_of(const One& few) {
+Film::Colour Film::sums_of(const Few& few) {
   Colour colour;
   for (size_t c = 0; c < 3; ++c) colour.sum[c] = static_cast<double>(few.rgb[c]) * few.count;  // of one, it is it
   colour.count = few.count;
@@ -276,7 +290,7 @@ Film::Colour Film::sums_of(const One& few) {
   return colour;
 }
 
-void Film::put_mean(const Colour& colour, One& few) {
+void Film::put_mean(const Colour& colour, Few& few) {
   for (size_t c = 0; c < 3; ++c) few.rgb[c] = static_cast<float>(colour.value(c) / std::max(1u, colour.count));
   few.count = static_cast<uint16_t>(colour.count);
   few.left_out = static_cast<uint16_t>(colour.left_out);
@@ -284,9 +298,9 @@ void Film::put_mean(const Colour& colour, One& few) {
 }
 
 // add_run() of a film of a few.
-TRIAD_INLINE_BODY inline bool Film::add_few(One& few, std::span<const Sample> samples) {
+TRIAD_INLINE_BODY inline bool Film::add_few(Few& few, std::span<const Sample> samples) {
 #if defined(__x86_64__)
-  static_assert(offsetof(One, rgb) == 0 && offsetof(One, count) == 12 && offsetof(One, left_out) == 14);
+  static_assert(offsetof(Few, rgb) == 0 && offsetof(Few, count) == 12 && offsetof(Few, left_out) == 14);
   if (wide_ && few.count <= 1 && few.count + few.left_out + samples.size() <= kMostFew)
     return avx512::add_few(few.rgb.data(), samples.data(), static_cast<uint32_t>(samples.size()));
 #endif
@@ -304,10 +318,10 @@ void Film::add_one_by_one(std::span<const SampleRequest> requests, std::span<con
       if (!add(p, requests[i].index, samples[i])) left_out.push_back(i);
     return;
   }
-  Colour colour = sums_of(ones_[p]);
+  Colour colour = sums_of(few_[p]);
   for (size_t i = first; i < past; ++i)
     if (!colour.add(samples[i])) left_out.push_back(i);
-  put_mean(colour, ones_[p]);
+  put_mean(colour, few_[p]);
 }
 
 template <Film::Keeps kKeeps>
@@ -323,8 +337,8 @@ TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requ
     const size_t p = pixel(requests[first].pixel_x, requests[first].pixel_y), n = past - first;
     bool fresh, added;
     if constexpr (kKeeps == Keeps::kFew) {
-      fresh = ones_[p].count + ones_[p].left_out == 0;
-      added = add_few(ones_[p], samples.subspan(first, n));
+      fresh = few_[p].count + few_[p].left_out == 0;
+      added = add_few(few_[p], samples.subspan(first, n));
     } else {
       uint32_t count = colour_[p].count;
       fresh = count + colour_[p].left_out == 0;
@@ -346,9 +360,7 @@ TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requ
 std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t each) {
   std::vector<size_t> left_out;
   if (holds_ == Holds::kOneEach) {
-    if (add_all_ones(requests, samples)) return left_out;
-    for (size_t i = 0; i < samples.size(); ++i)
-      if (!add_one(ones_[pixel(requests[i].pixel_x, requests[i].pixel_y)], samples[i])) left_out.push_back(i);
+    add_ones(requests, samples, left_out);
   } else if (holds_ == Holds::kFew) {
     run_widest([&]() TRIAD_INLINE_BODY { add_runs<Keeps::kFew>(requests, samples, each, left_out); });
   } else if (!colour_only_) {
@@ -362,11 +374,11 @@ std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span
 }
 
 bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
-  if (holds_ == Holds::kOneEach) return add_one(ones_[pixel], sample);
+  if (holds_ == Holds::kOneEach) return add_one(pixel, sample);
   if (holds_ == Holds::kFew) {
-    Colour colour = sums_of(ones_[pixel]);
+    Colour colour = sums_of(few_[pixel]);
     const bool kept = colour.add(sample);
-    put_mean(colour, ones_[pixel]);
+    put_mean(colour, few_[pixel]);
     return kept;
   }
   Colour& colour = colour_[pixel];
@@ -401,7 +413,10 @@ void Film::add_planes(size_t pixel, uint32_t count, const Sample& sample) {
 }
 
 std::array<double, 3> Film::mean(size_t pixel) const {
-  if (!ones_.empty()) return {ones_[pixel].rgb[0], ones_[pixel].rgb[1], ones_[pixel].rgb[2]};
+  if (holds_ != Holds::kMany) {
+    const std::array<float, 3> colour = holds_ == Holds::kFew ? few_[pixel].rgb : ones_[pixel].colour();
+    return {colour[0], colour[1], colour[2]};
+  }
   const double n = std::max(1u, colour_[pixel].count);
   return {colour_[pixel].value(0) / n, colour_[pixel].value(1) / n, colour_[pixel].value(2) / n};
 }

@@ -49,7 +49,7 @@ void require_film_memory(int width, int height, const FilmPlanes& planes, double
 class Film {
  public:
   // How many samples a pixel is given at most. A film that keeps colours only of one each or of a few, up to kMostFew,
-  // is a quarter as large, and as much faster to walk through. With one each, a second sample is a defect of the
+  // is a quarter as large or less, and as much faster to walk through. With one each, a second sample is a defect of the
   // caller's. Of a few, the mean is rounded to float, as pictures are, whenever some are added: it is rounded once if
   // all come in one call, or the first alone in one before, and so is the picture that of a film of many, bit for bit.
   enum class Holds { kMany, kFew, kOneEach };
@@ -63,8 +63,13 @@ class Film {
   size_t pixel(int x, int y) const { return static_cast<size_t>(y) * static_cast<size_t>(width_) + x; }
   size_t pixels() const { return static_cast<size_t>(width_) * static_cast<size_t>(height_); }
   // A hint that samples of the pixel will be added soon: brings it near.
-  TRIAD_INLINE_BODY void expect(size_t pixel) const {
-    __builtin_prefetch(ones_.empty() ? static_cast<const void*>(&colour_[pixel]) : &ones_[pixel], 1);
+  TRIAD_INLINE_BODY void expect(size_t pixel) const { __builtin_prefetch(record(pixel), 1); }
+  // The same of n in a row, n > 0.
+  void expect(size_t first, size_t n) const {
+    constexpr size_t kLine = 64;  // bytes, of the processors' caches
+    const char *const begin = record(first), *const past = record(first + n);
+    for (const char* at = begin; at < past; at += kLine) __builtin_prefetch(at, 1);
+    __builtin_prefetch(past - 1, 1);
   }
 
   // Adds the pixel's sample number `index`. False, and nothing was added, if it is not valid or its colour not
@@ -78,7 +83,7 @@ class Film {
   // Whether it keeps colours, and perhaps their halves, and nothing else. Then samples can be summed before:
   bool keeps_sums() const { return colour_only_; }
   // Whether it rounds means to float.
-  bool keeps_means() const { return !ones_.empty(); }
+  bool keeps_means() const { return holds_ == Holds::kFew; }
   // Red, green and blue, and how many samples they are of.
   typedef double SampleSum __attribute__((vector_size(32)));
   // Adds samples that are all kept, as exactly as they were summed; with planes().error, those of them for which
@@ -87,9 +92,17 @@ class Film {
   TRIAD_INLINE_BODY void add_half_sum(size_t pixel, const SampleSum& samples);
   // Counts one that is not kept.
   void leave_out(size_t pixel);
-  uint32_t count(size_t pixel) const { return ones_.empty() ? colour_[pixel].count : ones_[pixel].count; }
+  uint32_t count(size_t pixel) const {
+    return holds_ == Holds::kMany  ? colour_[pixel].count
+           : holds_ == Holds::kFew ? few_[pixel].count
+                                   : ones_[pixel].is_kept();
+  }
   // How many of the pixel's samples add() left out.
-  uint32_t left_out(size_t pixel) const { return ones_.empty() ? colour_[pixel].left_out : ones_[pixel].left_out; }
+  uint32_t left_out(size_t pixel) const {
+    return holds_ == Holds::kMany  ? colour_[pixel].left_out
+           : holds_ == Holds::kFew ? few_[pixel].left_out
+                                   : ones_[pixel].is_left_out();
+  }
   // Whether more samples will not help, as far as anybody can tell: there is none, and a few were left out.
   bool has_nothing(size_t pixel) const { return count(pixel) == 0 && left_out(pixel) >= kFewForNothing; }
   static constexpr uint32_t kFewForNothing = 4;  // one that is lost only in part has likely kept one by then
@@ -130,13 +143,24 @@ class Film {
     // False: it cannot be kept, and was counted only.
     bool add(const Sample& sample);
   };
-  std::vector<Colour, ZeroPageAllocator<Colour>> colour_;  // or else
-  struct One {
-    std::array<float, 3> rgb;
+  struct Few {
+    std::array<float, 3> rgb;  // mean
     uint16_t count, left_out;
   };
-  std::vector<One, ZeroPageAllocator<One>> ones_;  // or of a few, their mean
-  struct Half {                                    // of the samples in half 1
+  // A colour's bits, which are never those of kNothing, such that all bytes are 0 if there is none yet.
+  struct One {
+    static constexpr uint32_t kNothing = 0x7fc00001, kLeftOut = 1;  // a not-a-number; what `rgb` is then
+    std::array<uint32_t, 3> rgb;                                    // each as bits ^ kNothing
+    std::array<float, 3> colour() const;
+    bool is_none() const { return rgb[0] == 0; }
+    bool is_left_out() const { return rgb[0] == kLeftOut; }
+    bool is_kept() const { return !is_none() && !is_left_out(); }
+  };
+  // As holds_ says, one of the three.
+  std::vector<Colour, ZeroPageAllocator<Colour>> colour_;
+  std::vector<Few, ZeroPageAllocator<Few>> few_;
+  std::vector<One, ZeroPageAllocator<One>> ones_;
+  struct Half {  // of the samples in half 1
     std::array<double, 3> sum{};
     uint32_t count = 0;
   };
@@ -149,12 +173,18 @@ class Film {
   std::vector<double> depth_;
   std::vector<std::array<double, 3>> position_, normal_, albedo_;
   std::vector<uint32_t> object_id_, material_id_;
+  TRIAD_INLINE_BODY const char* record(size_t pixel) const {
+    return holds_ == Holds::kMany  ? reinterpret_cast<const char*>(colour_.data() + pixel)
+           : holds_ == Holds::kFew ? reinterpret_cast<const char*>(few_.data() + pixel)
+                                   : reinterpret_cast<const char*>(ones_.data() + pixel);
+  }
   Holds holds_;  // kMany, whatever was asked for, where more than colours are kept
-  bool add_one(One& one, const Sample& sample);
-  static Colour sums_of(const One& few);
-  static void put_mean(const Colour& colour, One& few);
-  bool add_few(One& few, std::span<const Sample> samples);
-  bool add_all_ones(std::span<const SampleRequest> requests, std::span<const Sample> samples);
+  bool add_one(size_t pixel, const Sample& sample);
+  static Colour sums_of(const Few& few);
+  static void put_mean(const Colour& colour, Few& few);
+  bool add_few(Few& few, std::span<const Sample> samples);
+  void add_ones(std::span<const SampleRequest> requests, std::span<const Sample> samples,
+                std::vector<size_t>& left_out);
   template <bool kHalves>
   bool add_run(Colour& colour, Half* half, std::span<const SampleRequest> requests, std::span<const Sample> samples);
   void add_planes(size_t pixel, uint32_t count, const Sample& sample);
@@ -168,8 +198,8 @@ class Film {
 };
 
 TRIAD_INLINE_BODY inline void Film::add_sum(size_t pixel, const SampleSum& samples) {
-  if (!ones_.empty()) {
-    One& few = ones_[pixel];
+  if (keeps_means()) {
+    Few& few = few_[pixel];
     const double before = few.count, after = before + samples[3], share = 1 / std::max(1., after);
     std::array<float, 3> mean;
     for (size_t c = 0; c < 3; ++c) mean[c] = static_cast<float>((few.rgb[c] * before + samples[c]) * share);
@@ -204,10 +234,12 @@ TRIAD_INLINE_BODY inline void Film::add_half_sum(size_t pixel, const SampleSum& 
   half_[pixel].count += static_cast<uint32_t>(samples[3]);
 }
 inline void Film::leave_out(size_t pixel) {
-  if (ones_.empty())
-    ++colour_[pixel].left_out;
+  if (holds_ == Holds::kOneEach)
+    ones_[pixel].rgb[0] = One::kLeftOut;
+  else if (holds_ == Holds::kFew)
+    ++few_[pixel].left_out;
   else
-    ++ones_[pixel].left_out;
+    ++colour_[pixel].left_out;
 }
 
 }  // namespace triad

@@ -13,7 +13,7 @@
 namespace triad {
 namespace {
 
-constexpr size_t kBatch = 512;          // samples asked for at once: 53 kB, and .5 ms at 1 us each
+constexpr size_t kBatch = 1024;         // samples asked for at once: 106 kB, and 1 ms at 1 us each
 constexpr double kFewestForError = 16;  // samples per pixel before an estimated error is believed
 
 }  // namespace
@@ -79,10 +79,8 @@ bool Passes::Queue::add_row(int x0, int x1, int y, uint32_t first, uint32_t past
       SampleRequest* const run = add_run(1);
       size_ += static_cast<size_t>(n - 1);
       RequestMembers members = says(x, first);
-      for (int i = 0; i < n; ++i, members += kNextPixel) {
-        film.expect(film.pixel(x + i, y));
-        put_members(run[i], members);
-      }
+      for (int i = 0; i < n; ++i, members += kNextPixel) put_members(run[i], members);
+      film.expect(film.pixel(x, y), static_cast<size_t>(n));
       x += n;
     }
     return true;
