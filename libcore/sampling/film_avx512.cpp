@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #if defined(__x86_64__)
+#include <bit>
 #include <triad/sampling/hot_avx512.hpp>
 #include <triad/sampling/lanes_avx512.hpp>
 #include <triad/sampling/sobol.hpp>
@@ -12,6 +13,12 @@ constexpr uint32_t kInfinite = 0x7ff;  // a double's exponent where it is not fi
 
 static_assert(offsetof(Sample, rgb) == 0 && offsetof(Sample, valid) == 12);
 const float* floats(const Sample& sample) { return reinterpret_cast<const float*>(&sample); }
+
+// As exact as a division, and sooner there.
+double one_over_power_of_2(uint32_t n) {
+  constexpr uint64_t kBias = 1023;
+  return std::bit_cast<double>((kBias - static_cast<uint64_t>(std::countr_zero(n))) << 52);
+}
 
 // Whether the bits and-ed together, of colours with `valid` behind them in the fourth lane, are of valid ones.
 TRIAD_AVX512 bool valid(__m128 bits) { return (_mm_extract_epi32(_mm_castps_si128(bits), 3) & 1) != 0; }
@@ -114,7 +121,10 @@ TRIAD_AVX512 bool add_few(float* mean, const Sample* samples, uint32_t n) {
   Sums sums{_mm256_maskz_cvtps_pd(kThree, before), _mm256_setzero_pd(), _mm256_setzero_pd()};
   if (!add<false>(sums, n > 1 && counts == 0, nullptr, samples, n)) return false;
   const __m256d total = _mm256_add_pd(sums.sum, sums.compensation);
-  const __m128 after = _mm256_cvtpd_ps(_mm256_div_pd(total, _mm256_set1_pd((counts & 0xffff) + n)));
+  const uint32_t count = (counts & 0xffff) + n;
+  const __m128 after = _mm256_cvtpd_ps(std::has_single_bit(count)
+                                           ? _mm256_mul_pd(total, _mm256_set1_pd(one_over_power_of_2(count)))
+                                           : _mm256_div_pd(total, _mm256_set1_pd(count)));
   _mm_storeu_ps(mean, _mm_castsi128_ps(_mm_insert_epi32(_mm_castps_si128(after), static_cast<int32_t>(counts + n), 3)));
   return true;
 }

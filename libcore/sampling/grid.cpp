@@ -51,7 +51,9 @@ class Grid final : public PointStrategy {
     run_wide([&]() TRIAD_INLINE_BODY {
       for (size_t first = 0; first < requests.size(); first += each) {
         SampleRequest* const run = &requests[first];
-        const Two corner{static_cast<double>(run->pixel_x), static_cast<double>(run->pixel_y)};
+        TwoInts pixel;
+        std::memcpy(&pixel, &run->pixel_x, sizeof(pixel));
+        const Two corner = __builtin_convertvector(pixel, Two);
         const std::array<double, 2>* const places = &places_[run->index];
         RequestMembers members = members_of(*run);
         for (size_t i = 0; i < each; ++i, members += kNextIndex) {

@@ -56,48 +56,42 @@ Passes::Queue::Queue(Passes& passes)
       requests_(kBatch, {.footprint_px = passes.footprint_px_, .seed = passes.taker_.options().seed}),
       samples_(kBatch) {}
 
-// Room for n requests of one pixel, of which the first is to be set, and with each_ == 0 the others, too.
-SampleRequest* Passes::Queue::add_run(size_t n) {
+// Of each of n pixels from x on, `each` requests, for which there is room.
+void Passes::Queue::put(int x, int y, size_t n, uint32_t index, size_t each) {
   if (size_ == 0) {
-    each_ = n;
-  } else if (each_ != n && each_ != 0) {
+    each_ = each;
+  } else if (each_ != each && each_ != 0) {
     say_all(std::span(requests_).first(size_), each_);
     each_ = 0;
   }
-  return requests_.data() + std::exchange(size_, size_ + n);
+  SampleRequest* request = requests_.data() + size_;
+  const std::span<SampleRequest> put(request, n * each);
+  RequestMembers members = request_members(passes_.footprint_px_, x, y, index);
+  for (size_t i = 0; i < n; ++i, members += kNextPixel, request += each) put_members(*request, members);
+  if (each_ == 0) say_all(put, each);
+  size_ += put.size();
 }
 
 bool Passes::Queue::add_row(int x0, int x1, int y, uint32_t first, uint32_t past) {
   const Film& film = passes_.film();
-  const auto says = [y, footprint_px = passes_.footprint_px_](int x, uint32_t index) {
-    return request_members(footprint_px, x, y, index);
-  };
-  if (past - first == 1) {
-    for (int x = x0; x < x1;) {
-      if (size_ == kBatch && !flush()) return false;
-      const int n = std::min(static_cast<int>(kBatch - size_), x1 - x);
-      SampleRequest* const run = add_run(1);
-      size_ += static_cast<size_t>(n - 1);
-      RequestMembers members = says(x, first);
-      for (int i = 0; i < n; ++i, members += kNextPixel) put_members(run[i], members);
-      film.expect(film.pixel(x, y), static_cast<size_t>(n));
-      x += n;
-    }
-    return true;
-  }
-  for (int x = x0; x < x1; ++x) {
-    film.expect(film.pixel(x, y));
+  const size_t each = past - first;
+  for (int x = x0; x < x1;) {
     // A pixel's samples of one pass are parted in the same way wherever the pixel lies, for the film sums what it is
     // given at once as a whole.
-    if (past - first > kBatch - size_ && !flush()) return false;
-    for (uint32_t index = first; index < past;) {
-      if (size_ == kBatch && !flush()) return false;
-      const size_t n = std::min<size_t>(kBatch - size_, past - index);
-      SampleRequest* const run = add_run(n);
-      put_members(*run, says(x, index));
-      if (each_ == 0) say_all({run, n}, n);
-      index += static_cast<uint32_t>(n);
+    if (each > kBatch - size_ && !flush()) return false;
+    const size_t n = std::clamp<size_t>((kBatch - size_) / each, 1, static_cast<size_t>(x1 - x));
+    film.expect(film.pixel(x, y), n);
+    if (each <= kBatch) {
+      put(x, y, n, first, each);
+    } else {
+      for (uint32_t index = first; index < past;) {
+        if (size_ == kBatch && !flush()) return false;
+        const size_t some = std::min<size_t>(kBatch - size_, past - index);
+        put(x, y, 1, index, some);
+        index += static_cast<uint32_t>(some);
+      }
     }
+    x += static_cast<int>(n);
   }
   return true;
 }

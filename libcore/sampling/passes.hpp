@@ -37,7 +37,7 @@ class Passes {
     bool flush();
 
    private:
-    SampleRequest* add_run(size_t n);
+    void put(int x, int y, size_t n, uint32_t index, size_t each);
 
     Passes& passes_;
     std::vector<SampleRequest> requests_;  // with the seed that they all share
