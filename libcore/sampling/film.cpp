@@ -299,11 +299,6 @@ void Film::put_mean(const Colour& colour, Few& few) {
 
 // add_run() of a film of a few.
 TRIAD_INLINE_BODY inline bool Film::add_few(Few& few, std::span<const Sample> samples) {
-#if defined(__x86_64__)
-  static_assert(offsetof(Few, rgb) == 0 && offsetof(Few, count) == 12 && offsetof(Few, left_out) == 14);
-  if (wide_ && few.count <= 1 && few.count + few.left_out + samples.size() <= kMostFew)
-    return avx512::add_few(few.rgb.data(), samples.data(), static_cast<uint32_t>(samples.size()));
-#endif
   Colour colour = sums_of(few);
   if (!add_run<false>(colour, nullptr, {}, samples)) return false;
   put_mean(colour, few);
@@ -328,6 +323,14 @@ template <Film::Keeps kKeeps>
 TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requests, std::span<const Sample> samples,
                                              size_t each, std::vector<size_t>& left_out) {
   for (size_t first = 0, past = 0, end = 0; first < requests.size(); first = past) {
+#if defined(__x86_64__)
+    if (kKeeps == Keeps::kFew && wide_ && each > 0 && first == end) {
+      static_assert(offsetof(Few, rgb) == 0 && offsetof(Few, count) == 12 && offsetof(Few, left_out) == 14);
+      first = end += avx512::add_few(few_[0].rgb.data(), static_cast<size_t>(width_), &requests[first], &samples[first],
+                                     requests.size() - first, each);
+      if (first == requests.size()) break;
+    }
+#endif
     if (first == end) {
       end = first + std::max<size_t>(each, 1);
       if (each == 0)

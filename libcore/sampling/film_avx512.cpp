@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #if defined(__x86_64__)
 #include <bit>
+#include <triad/sampling/film.hpp>
 #include <triad/sampling/hot_avx512.hpp>
 #include <triad/sampling/lanes_avx512.hpp>
 #include <triad/sampling/sobol.hpp>
@@ -115,18 +116,25 @@ TRIAD_AVX512 bool add_run(double* sum, bool fresh, const SampleRequest* requests
               : add_to_record<false>(sum, fresh, requests, samples, n, nullptr, nullptr);
 }
 
-TRIAD_AVX512 bool add_few(float* mean, const Sample* samples, uint32_t n) {
-  const __m128 before = _mm_loadu_ps(mean);
-  const auto counts = static_cast<uint32_t>(_mm_extract_epi32(_mm_castps_si128(before), 3));
-  Sums sums{_mm256_maskz_cvtps_pd(kThree, before), _mm256_setzero_pd(), _mm256_setzero_pd()};
-  if (!add<false>(sums, n > 1 && counts == 0, nullptr, samples, n)) return false;
-  const __m256d total = _mm256_add_pd(sums.sum, sums.compensation);
-  const uint32_t count = (counts & 0xffff) + n;
-  const __m128 after = _mm256_cvtpd_ps(std::has_single_bit(count)
-                                           ? _mm256_mul_pd(total, _mm256_set1_pd(one_over_power_of_2(count)))
-                                           : _mm256_div_pd(total, _mm256_set1_pd(count)));
-  _mm_storeu_ps(mean, _mm_castsi128_ps(_mm_insert_epi32(_mm_castps_si128(after), static_cast<int32_t>(counts + n), 3)));
-  return true;
+TRIAD_AVX512 size_t add_few(float* records, size_t width, const SampleRequest* requests, const Sample* samples,
+                            size_t n, size_t each) {
+  for (size_t i = 0; i < n; i += each) {
+    const size_t pixel = static_cast<size_t>(requests[i].pixel_y) * width + static_cast<size_t>(requests[i].pixel_x);
+    float* const record = records + 4 * pixel;
+    const __m128 before = _mm_loadu_ps(record);
+    const auto counts = static_cast<uint32_t>(_mm_extract_epi32(_mm_castps_si128(before), 3));
+    const uint32_t kept = counts & 0xffff, all = kept + static_cast<uint32_t>(each);
+    if (kept > 1 || all + (counts >> 16) > Film::kMostFew) return i;
+    Sums sums{_mm256_maskz_cvtps_pd(kThree, before), _mm256_setzero_pd(), _mm256_setzero_pd()};
+    if (!add<false>(sums, each > 1 && counts == 0, nullptr, samples + i, each)) return i;
+    const __m256d total = _mm256_add_pd(sums.sum, sums.compensation);
+    const __m128i mean = _mm_castps_si128(
+        _mm256_cvtpd_ps(std::has_single_bit(all) ? _mm256_mul_pd(total, _mm256_set1_pd(one_over_power_of_2(all)))
+                                                 : _mm256_div_pd(total, _mm256_set1_pd(all))));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(record),
+                     _mm_insert_epi32(mean, static_cast<int32_t>(counts + static_cast<uint32_t>(each)), 3));
+  }
+  return n;
 }
 
 }  // namespace triad::avx512
