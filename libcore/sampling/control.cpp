@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstddef>
-#include <cstring>
+#include <array>
 #include <triad/sampling/point_strategy.hpp>
 
 namespace triad {
@@ -22,18 +21,10 @@ class Control final : public PointStrategy {
  protected:
   uint32_t samples_per_pixel() const override { return whole("spp"); }
   float footprint_px() const override { return 1; }  // of the pixel, however often
-  void place(std::span<SampleRequest> requests) const override {
-    typedef int32_t TwoInts __attribute__((vector_size(8)));
-    typedef double Two __attribute__((vector_size(16)));
-    static_assert(offsetof(SampleRequest, pixel_y) == offsetof(SampleRequest, pixel_x) + sizeof(int32_t));
-    static_assert(offsetof(SampleRequest, x) == 0 && offsetof(SampleRequest, y) == sizeof(double));
-    for (SampleRequest& request : requests) {
-      TwoInts pixel;
-      std::memcpy(&pixel, &request.pixel_x, sizeof(pixel));
-      const Two place = __builtin_convertvector(pixel, Two) + .5;
-      std::memcpy(static_cast<void*>(&request), &place, sizeof(place));
-    }
-  }
+  Passes::Points points() const override { return Passes::Pattern(centre_); }
+
+ private:
+  std::array<std::array<double, 2>, 1> centre_{{{.5, .5}}};
 };
 
 }  // namespace

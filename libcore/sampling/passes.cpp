@@ -4,10 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <triad/base/error.hpp>
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/passes.hpp>
-#include <triad/sampling/request_members.hpp>
 #include <utility>
 
 namespace triad {
@@ -19,10 +19,10 @@ constexpr double kFewestForError = 16;  // samples per pixel before an estimated
 }  // namespace
 
 Passes::Passes(const Strategy& strategy, const Source& source, const RenderOptions& options, float footprint_px,
-               Place place, SampleTaker::Weigh weigh)
+               Points points, SampleTaker::Weigh weigh)
     : taker_(strategy, source, options),
       footprint_px_(footprint_px),
-      place_(std::move(place)),
+      points_(std::move(points)),
       weigh_(std::move(weigh)) {}
 
 // A queue of its own for whoever has a group to fill; queues are kept from group to group, for making one costs as
@@ -58,18 +58,46 @@ Passes::Queue::Queue(Passes& passes)
 
 // Of each of n pixels from x on, `each` requests, for which there is room.
 void Passes::Queue::put(int x, int y, size_t n, uint32_t index, size_t each) {
+  const Pattern* const pattern = std::get_if<Pattern>(&passes_.points_);
   if (size_ == 0) {
     each_ = each;
   } else if (each_ != each && each_ != 0) {
-    say_all(std::span(requests_).first(size_), each_);
+    if (!pattern) say_all(std::span(requests_).first(size_), each_);
     each_ = 0;
   }
   SampleRequest* request = requests_.data() + size_;
-  const std::span<SampleRequest> put(request, n * each);
   RequestMembers members = request_members(passes_.footprint_px_, x, y, index);
-  for (size_t i = 0; i < n; ++i, members += kNextPixel, request += each) put_members(*request, members);
-  if (each_ == 0) say_all(put, each);
-  size_ += put.size();
+  if (pattern) {
+    run_wide([&]() TRIAD_INLINE_BODY { put_pattern(*pattern, request, members, n, each); });
+  } else {
+    for (size_t i = 0; i < n; ++i, members += kNextPixel) put_members(request[i * each], members);
+    if (each_ == 0) say_all({request, n * each}, each);
+  }
+  size_ += n * each;
+}
+
+// Sets all that requests say but the seed, which they have.
+TRIAD_INLINE_BODY inline void Passes::Queue::put_pattern(Pattern pattern, SampleRequest* request,
+                                                         RequestMembers members, size_t n, size_t each) {
+  typedef double Two __attribute__((vector_size(16)));
+  typedef int64_t TwoWords __attribute__((vector_size(16)));
+  typedef int64_t FourWords __attribute__((vector_size(32)));
+  static_assert(offsetof(SampleRequest, x) == 0 && offsetof(SampleRequest, y) == sizeof(double) &&
+                offsetof(SampleRequest, footprint_px) == sizeof(Two) &&
+                offsetof(SampleRequest, seed) == sizeof(FourWords));
+  const bool one = pattern.size() == 1;
+  const std::array<double, 2>* const places = &pattern[one ? 0 : static_cast<uint32_t>(members[3])];
+  Two corner{static_cast<double>(members[1]), static_cast<double>(members[2])};
+  for (size_t p = 0; p < n; ++p, members += kNextPixel, corner += Two{1, 0}) {
+    RequestMembers own = members;
+    for (size_t i = 0; i < each; ++i, own += kNextIndex, ++request) {
+      Two place;
+      std::memcpy(&place, &places[one ? 0 : i], sizeof(place));
+      place += corner;
+      const FourWords all = __builtin_shufflevector((TwoWords)place, (TwoWords)own, 0, 1, 2, 3);
+      std::memcpy(static_cast<void*>(request), &all, sizeof(all));
+    }
+  }
 }
 
 bool Passes::Queue::add_row(int x0, int x1, int y, uint32_t first, uint32_t past) {
@@ -99,7 +127,7 @@ bool Passes::Queue::add_row(int x0, int x1, int y, uint32_t first, uint32_t past
 bool Passes::Queue::flush() {
   const std::span<SampleRequest> asked(requests_.data(), std::exchange(size_, 0));
   if (asked.empty()) return true;
-  passes_.place_(asked, each_);
+  if (const Place* place = std::get_if<Place>(&passes_.points_)) (*place)(asked, each_);
   return passes_.taker_.add(asked, std::span(samples_).first(asked.size()), each_, passes_.weigh_);
 }
 

@@ -2,10 +2,15 @@
 // What strategies have in common that sum samples pixel by pixel, in passes over the picture or over some pixels.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <span>
+#include <triad/numeric/widest.hpp>
+#include <triad/sampling/request_members.hpp>
 #include <triad/sampling/sample_taker.hpp>
+#include <variant>
 #include <vector>
 
 namespace triad {
@@ -17,13 +22,16 @@ class Passes {
   // `each` is 0; or there are `each` of every pixel, one pixel after the other, and this does what say_all() does, too.
   // Pure, any thread.
   using Place = std::function<void(std::span<SampleRequest>, size_t each)>;
+  // Or else where in every pixel its points are, by index, in [0, 1); with a single one, all of them are there.
+  using Pattern = std::span<const std::array<double, 2>>;
+  using Points = std::variant<Place, Pattern>;
 
   // `weigh`, if there is one, changes the colours of samples before they are summed; those of one pixel are given to
   // it in the order of their indices, by one thread at a time.
   // The film has halves wherever `strategy` estimates its error and options ask for it in one way or another. All
   // must outlive this. Throws Error(kUsage) for options.until_rmse if the strategy does not estimate its error.
   Passes(const Strategy& strategy, const Source& source, const RenderOptions& options, float footprint_px,
-         Place place, SampleTaker::Weigh weigh = {});
+         Points points, SampleTaker::Weigh weigh = {});
 
   // Requests of one thread, asked whenever there are enough of them.
   class Queue {
@@ -38,6 +46,8 @@ class Passes {
 
    private:
     void put(int x, int y, size_t n, uint32_t index, size_t each);
+    TRIAD_INLINE_BODY void put_pattern(Pattern pattern, SampleRequest* requests, RequestMembers members, size_t n,
+                                       size_t each);
 
     Passes& passes_;
     std::vector<SampleRequest> requests_;  // with the seed that they all share
@@ -73,7 +83,7 @@ class Passes {
 
   SampleTaker taker_;
   const float footprint_px_;
-  const Place place_;
+  const Points points_;
   const SampleTaker::Weigh weigh_;
   std::mutex mutex_;  // of what follows
   std::vector<std::unique_ptr<Queue>> idle_;

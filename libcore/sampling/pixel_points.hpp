@@ -57,7 +57,12 @@ class PixelPointsStrategy : public PointStrategy {
 
  protected:
   uint32_t samples_per_pixel() const override { return points_.samples_per_pixel(); }
-  void place(std::span<SampleRequest> requests) const override { points_.place(requests); }
+  Passes::Points points() const override {
+    return [this](std::span<SampleRequest> requests, size_t each) {
+      if (each > 0) say_all(requests, each);
+      points_.place(requests);
+    };
+  }
 
  private:
   PixelPoints points_;

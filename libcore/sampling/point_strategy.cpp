@@ -19,16 +19,8 @@ uint64_t spread_stride(uint64_t count) {
   return stride;
 }
 
-void PointStrategy::place_runs(std::span<SampleRequest> requests, size_t each) const {
-  say_all(requests, each);
-  place(requests);
-}
-
 RenderResult PointStrategy::render(const Source& source, const RenderOptions& options) const {
-  Passes passes(*this, source, options, footprint_px(),
-                [this](std::span<SampleRequest> requests, size_t each) {
-                  return each > 0 ? place_runs(requests, each) : place(requests);
-                });
+  Passes passes(*this, source, options, footprint_px(), points());
   passes.run_all_in_turn(samples_per_pixel());
   return passes.finish();
 }

@@ -24,18 +24,15 @@ class PointStrategy : public StrategyBase {
  protected:
   virtual uint32_t samples_per_pixel() const = 0;
   virtual float footprint_px() const;  // a pixel's share, unless a strategy says otherwise
-  // Sets x and y of requests that say all else: point number `index` of its pixel. They share a seed, and where
-  // neighbours are of one pixel, their indices count up by one. Pure, any thread.
-  virtual void place(std::span<SampleRequest> requests) const = 0;
-  // The same of `each` requests of every pixel, as Passes::Place says.
-  virtual void place_runs(std::span<SampleRequest> requests, size_t each) const;
+  virtual Passes::Points points() const = 0;  // as long as this lives
 };
 
 // A step near the golden section of `count`, and prime to it: 0, stride, 2 stride ... modulo `count` is an order of
 // count places side by side in which the first few are all over them, for renders that are ended early.
 uint64_t spread_stride(uint64_t count);
 
-// The places of sobol-owen, as Passes::Place says.
+// The places of sobol-owen, as Passes::Place says. Where neighbours are of one pixel, their indices must count up by
+// one.
 void place_sobol_owen(std::span<SampleRequest> requests, size_t each = 0);
 // The same, in [0, 1) of each request's pixel.
 void sobol_owen_places(std::span<const SampleRequest> requests, std::span<double> x, std::span<double> y);

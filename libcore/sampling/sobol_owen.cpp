@@ -25,10 +25,7 @@ class SobolOwen final : public PointStrategy {
 
  protected:
   uint32_t samples_per_pixel() const override { return spp_; }
-  void place(std::span<SampleRequest> requests) const override { place_sobol_owen(requests); }
-  void place_runs(std::span<SampleRequest> requests, size_t each) const override {
-    place_sobol_owen(requests, each);
-  }
+  Passes::Points points() const override { return place_sobol_owen; }
 
  private:
   uint32_t spp_;

@@ -129,7 +129,7 @@ class Variance final : public PointStrategy {
     RenderOptions with_halves = options;
     with_halves.planes.error = true;
     // The footprint of a pixel that goes all the way: one that sees too fine a texture then is unsure.
-    Passes passes(*this, source, with_halves, 1 / std::sqrt(static_cast<float>(spp_)), place_sobol_owen);
+    Passes passes(*this, source, with_halves, 1 / std::sqrt(static_cast<float>(spp_)), points());
     // With many small passes, an error that nobody waits for would cost as much as they do.
     const bool estimate = options.until_rmse > 0;
     if (passes.run_all(0, 1, estimate) && passes.run_all(1, least_, estimate))
@@ -139,7 +139,7 @@ class Variance final : public PointStrategy {
 
  protected:
   uint32_t samples_per_pixel() const override { return spp_; }
-  void place(std::span<SampleRequest> requests) const override { place_sobol_owen(requests); }
+  Passes::Points points() const override { return place_sobol_owen; }
 
  private:
   // A barrier after each pass, so that who goes on depends on no order.
