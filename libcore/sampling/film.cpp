@@ -136,33 +136,39 @@ bool Film::Colour::add(const Sample& sample) {
 }
 
 // Most often all can be kept, and are written as they are looked at.
-void Film::add_ones(std::span<const SampleRequest> requests, std::span<const Sample> samples,
+void Film::add_ones(const FilmRows& rows, std::span<const SampleRequest> requests, std::span<const Sample> samples,
                     std::vector<size_t>& left_out) {
   constexpr int32_t kExponent = 0x7f800000;  // of a float; all set where it is not finite
   constexpr int32_t kNothing = One::kNothing;
   static_assert(offsetof(Sample, rgb) == 0 && sizeof(Sample) >= sizeof(FourInts));
   static_assert(offsetof(One, rgb) == 0 && sizeof(One) == 3 * sizeof(int32_t));
-  const auto one_of = [&](size_t i) -> One& { return ones_[pixel(requests[i].pixel_x, requests[i].pixel_y)]; };
   FourInts wrong{};
   bool valid = true, none = true;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    One& one = one_of(i);
+  const auto put = [&](const Sample& sample, One& one) TRIAD_INLINE_BODY {
     none &= one.is_none();
     FourInts bits;
-    std::memcpy(&bits, &samples[i], sizeof(bits));
+    std::memcpy(&bits, &sample, sizeof(bits));
     wrong |= (bits & kExponent) == kExponent;
-    valid &= samples[i].valid;
+    valid &= sample.valid;
     bits ^= kNothing;
     // Not as twelve bytes, which would go by way of memory.
     const int64_t two = ((TwoWords)bits)[0];
     std::memcpy(&one.rgb[0], &two, sizeof(two));
     std::memcpy(&one.rgb[2], &bits[2], sizeof(bits[2]));
+  };
+  const auto pixel_of = [&](size_t i) { return pixel(requests[i].pixel_x, requests[i].pixel_y); };
+  if (rows.each == 1) {
+    const Sample* sample = samples.data();
+    for (const FilmRow& row : rows.rows)
+      for (size_t p = row.pixel; p < row.pixel + row.n; ++p) put(*sample++, ones_[p]);
+  } else {
+    for (size_t i = 0; i < samples.size(); ++i) put(samples[i], ones_[pixel_of(i)]);
   }
   if (!none) throw_internal("a film of one sample a pixel was given a second one");
   if (valid && (wrong[0] | wrong[1] | wrong[2]) == 0) return;
   for (size_t i = 0; i < samples.size(); ++i) {
     if (samples[i].valid && finite(samples[i].rgb)) continue;
-    one_of(i) = {{One::kLeftOut, 0, 0}};
+    ones_[pixel_of(i)] = {{One::kLeftOut, 0, 0}};
     left_out.push_back(i);
   }
 }
@@ -323,14 +329,6 @@ template <Film::Keeps kKeeps>
 TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requests, std::span<const Sample> samples,
                                              size_t each, std::vector<size_t>& left_out) {
   for (size_t first = 0, past = 0, end = 0; first < requests.size(); first = past) {
-#if defined(__x86_64__)
-    if (kKeeps == Keeps::kFew && wide_ && each > 0 && first == end) {
-      static_assert(offsetof(Few, rgb) == 0 && offsetof(Few, count) == 12 && offsetof(Few, left_out) == 14);
-      first = end += avx512::add_few(few_[0].rgb.data(), static_cast<size_t>(width_), &requests[first], &samples[first],
-                                     requests.size() - first, each);
-      if (first == requests.size()) break;
-    }
-#endif
     if (first == end) {
       end = first + std::max<size_t>(each, 1);
       if (each == 0)
@@ -360,12 +358,34 @@ TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requ
   }
 }
 
-std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t each) {
+// The first ones as far as that goes; returns their number.
+size_t Film::add_few_by_hand([[maybe_unused]] const FilmRows& rows, [[maybe_unused]] std::span<const Sample> samples) {
+  size_t done = 0;
+#if defined(__x86_64__)
+  static_assert(offsetof(Few, rgb) == 0 && offsetof(Few, count) == 12 && offsetof(Few, left_out) == 14);
+  if (!wide_ || rows.each == 0) return 0;
+  for (const FilmRow& row : rows.rows) {
+    const size_t pixels = avx512::add_few(few_[row.pixel].rgb.data(), row.n, &samples[done], rows.each);
+    done += pixels * rows.each;
+    if (pixels < row.n) break;
+  }
+#endif
+  return done;
+}
+
+std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span<const Sample> samples,
+                              const FilmRows& rows) {
   std::vector<size_t> left_out;
+  const size_t each = rows.each;
   if (holds_ == Holds::kOneEach) {
-    add_ones(requests, samples, left_out);
+    add_ones(rows, requests, samples, left_out);
   } else if (holds_ == Holds::kFew) {
-    run_widest([&]() TRIAD_INLINE_BODY { add_runs<Keeps::kFew>(requests, samples, each, left_out); });
+    const size_t done = add_few_by_hand(rows, samples);
+    if (done == samples.size()) return left_out;
+    run_widest([&]() TRIAD_INLINE_BODY {
+      add_runs<Keeps::kFew>(requests.subspan(done), samples.subspan(done), each, left_out);
+    });
+    for (size_t& i : left_out) i += done;
   } else if (!colour_only_) {
     add_runs<Keeps::kMore>(requests, samples, each, left_out);
   } else if (planes_.error) {

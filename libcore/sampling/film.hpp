@@ -44,6 +44,16 @@ std::vector<std::string> film_channels(const FilmPlanes& planes);
 void require_film_memory(int width, int height, const FilmPlanes& planes, double more_bytes = 0,
                          const std::string& advice = "a smaller --size");
 
+// How a batch of samples lies on a film, for who knows it: rows of pixels, and with `each` samples of every pixel one
+// pixel's after the other's. With each = 0 it is looked for, which takes longer and changes nothing.
+struct FilmRow {
+  size_t pixel, n;  // the first, and how many
+};
+struct FilmRows {
+  size_t each = 0;
+  std::span<const FilmRow> rows{};
+};
+
 // Sums are exact to about 2^-53 of the sum's size (Neumaier's compensation), and depend on the order in which one
 // pixel's samples come and on nothing else. Different threads may add to different pixels at the same time.
 class Film {
@@ -75,10 +85,10 @@ class Film {
   // Adds the pixel's sample number `index`. False, and nothing was added, if it is not valid or its colour not
   // finite. (Geometry that is not finite only leaves the geometry's planes as they are.)
   bool add(size_t pixel, uint32_t index, const Sample& sample);
-  // The same, faster, for many samples at once, whose requests say pixels and indices. With each > 0 there are so many
-  // of every pixel, one pixel after the other, which changes nothing but is faster. Returns where in the spans those
+  // The same, faster, for many samples at once, whose requests say pixels and indices. Returns where in the spans those
   // stand that were left out.
-  std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t each = 0);
+  std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples,
+                          const FilmRows& rows = {});
 
   // Whether it keeps colours, and perhaps their halves, and nothing else. Then samples can be summed before:
   bool keeps_sums() const { return colour_only_; }
@@ -183,8 +193,9 @@ class Film {
   static Colour sums_of(const Few& few);
   static void put_mean(const Colour& colour, Few& few);
   bool add_few(Few& few, std::span<const Sample> samples);
-  void add_ones(std::span<const SampleRequest> requests, std::span<const Sample> samples,
+  void add_ones(const FilmRows& rows, std::span<const SampleRequest> requests, std::span<const Sample> samples,
                 std::vector<size_t>& left_out);
+  size_t add_few_by_hand(const FilmRows& rows, std::span<const Sample> samples);
   template <bool kHalves>
   bool add_run(Colour& colour, Half* half, std::span<const SampleRequest> requests, std::span<const Sample> samples);
   void add_planes(size_t pixel, uint32_t count, const Sample& sample);

@@ -116,17 +116,14 @@ TRIAD_AVX512 bool add_run(double* sum, bool fresh, const SampleRequest* requests
               : add_to_record<false>(sum, fresh, requests, samples, n, nullptr, nullptr);
 }
 
-TRIAD_AVX512 size_t add_few(float* records, size_t width, const SampleRequest* requests, const Sample* samples,
-                            size_t n, size_t each) {
-  for (size_t i = 0; i < n; i += each) {
-    const size_t pixel = static_cast<size_t>(requests[i].pixel_y) * width + static_cast<size_t>(requests[i].pixel_x);
-    float* const record = records + 4 * pixel;
+TRIAD_AVX512 size_t add_few(float* record, size_t pixels, const Sample* samples, size_t each) {
+  for (size_t i = 0; i < pixels; ++i, record += 4, samples += each) {
     const __m128 before = _mm_loadu_ps(record);
     const auto counts = static_cast<uint32_t>(_mm_extract_epi32(_mm_castps_si128(before), 3));
     const uint32_t kept = counts & 0xffff, all = kept + static_cast<uint32_t>(each);
     if (kept > 1 || all + (counts >> 16) > Film::kMostFew) return i;
     Sums sums{_mm256_maskz_cvtps_pd(kThree, before), _mm256_setzero_pd(), _mm256_setzero_pd()};
-    if (!add<false>(sums, each > 1 && counts == 0, nullptr, samples + i, each)) return i;
+    if (!add<false>(sums, each > 1 && counts == 0, nullptr, samples, each)) return i;
     const __m256d total = _mm256_add_pd(sums.sum, sums.compensation);
     const __m128i mean = _mm_castps_si128(
         _mm256_cvtpd_ps(std::has_single_bit(all) ? _mm256_mul_pd(total, _mm256_set1_pd(one_over_power_of_2(all)))
@@ -134,7 +131,7 @@ TRIAD_AVX512 size_t add_few(float* records, size_t width, const SampleRequest* r
     _mm_storeu_si128(reinterpret_cast<__m128i*>(record),
                      _mm_insert_epi32(mean, static_cast<int32_t>(counts + static_cast<uint32_t>(each)), 3));
   }
-  return n;
+  return pixels;
 }
 
 }  // namespace triad::avx512

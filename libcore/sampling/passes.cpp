@@ -74,6 +74,7 @@ void Passes::Queue::put(int x, int y, size_t n, uint32_t index, size_t each) {
     if (each_ == 0) say_all({request, n * each}, each);
   }
   size_ += n * each;
+  rows_.push_back({passes_.film().pixel(x, y), n});
 }
 
 // Sets all that requests say but the seed, which they have.
@@ -128,7 +129,10 @@ bool Passes::Queue::flush() {
   const std::span<SampleRequest> asked(requests_.data(), std::exchange(size_, 0));
   if (asked.empty()) return true;
   if (const Place* place = std::get_if<Place>(&passes_.points_)) (*place)(asked, each_);
-  return passes_.taker_.add(asked, std::span(samples_).first(asked.size()), each_, passes_.weigh_);
+  const bool goes_on =
+      passes_.taker_.add(asked, std::span(samples_).first(asked.size()), {each_, rows_}, passes_.weigh_);
+  rows_.clear();
+  return goes_on;
 }
 
 bool Passes::run(int64_t groups, const std::function<void(int64_t, Queue&)>& fill, bool estimate) {

@@ -53,6 +53,7 @@ class Passes {
     std::vector<SampleRequest> requests_;  // with the seed that they all share
     std::vector<Sample> samples_;
     size_t size_ = 0, each_ = 0;  // each_ of every pixel, said by the first; or 0, and all say all
+    std::vector<FilmRow> rows_;   // of those pixels
   };
 
   // A pass: fill(group, queue) for each of the groups, in any order, on all threads. The picture depends on the

@@ -86,17 +86,18 @@ bool SampleTaker::take(std::span<const SampleRequest> requests, std::span<Sample
   return true;
 }
 
-bool SampleTaker::add(std::span<const SampleRequest> requests, std::span<Sample> samples, size_t each,
+bool SampleTaker::add(std::span<const SampleRequest> requests, std::span<Sample> samples, const FilmRows& rows,
                       const Weigh& weigh) {
   if (stop()) return false;
   source_.eval(requests, samples);
   if (weigh) weigh(requests, samples);
-  keep(requests, samples, each);
+  keep(requests, samples, rows);
   return true;
 }
 
-void SampleTaker::keep(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t each) {
-  for (const size_t left_out : film().add(requests, samples, each)) drop(requests[left_out]);
+void SampleTaker::keep(std::span<const SampleRequest> requests, std::span<const Sample> samples,
+                       const FilmRows& rows) {
+  for (const size_t left_out : film().add(requests, samples, rows)) drop(requests[left_out]);
   tell_progress();
 }
 

@@ -33,9 +33,9 @@ class SampleTaker {
   bool take(std::span<const SampleRequest> requests, std::span<Sample> samples, bool keep = true);
 
   // The same for samples inside the film that all are to be added, faster: what cannot be used is left out and
-  // counted, and only the film knows. `each` is Film::add()'s. `weigh` may change their colours before that.
+  // counted, and only the film knows. `rows` is Film::add()'s. `weigh` may change their colours before that.
   using Weigh = std::function<void(std::span<const SampleRequest>, std::span<Sample>)>;
-  bool add(std::span<const SampleRequest> requests, std::span<Sample> samples, size_t each = 0,
+  bool add(std::span<const SampleRequest> requests, std::span<Sample> samples, const FilmRows& rows = {},
            const Weigh& weigh = {});
   // Asks for them, and calls use() on the same thread, whose it is to add them to the film or to drop() them.
   template <class Use>
@@ -66,7 +66,7 @@ class SampleTaker {
   RenderResult finish();
 
  private:
-  void keep(std::span<const SampleRequest> requests, std::span<const Sample> samples, size_t each);
+  void keep(std::span<const SampleRequest> requests, std::span<const Sample> samples, const FilmRows& rows);
   void drop(const SampleRequest& request) { drop(request.pixel_x, request.pixel_y); }
   void tell_progress();
 
