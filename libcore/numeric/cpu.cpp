@@ -26,7 +26,8 @@ bool cpu_can_run(CpuPath path) {
     case CpuPath::kAvx2: return avx2;
     case CpuPath::kAvx512:
       return avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-             __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+             __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
+             __builtin_cpu_supports("bmi2");
   }
   return false;
 #else

@@ -6,7 +6,7 @@
 namespace triad {
 
 // From narrow to wide. kBaseline is whatever the library was compiled for and runs everywhere; kAvx2 means
-// AVX2 with FMA, kAvx512 means AVX-512 F, BW, DQ and VL on top of these.
+// AVX2 with FMA, kAvx512 means AVX-512 F, BW, DQ and VL, and BMI2, on top of these.
 enum class CpuPath { kBaseline, kAvx2, kAvx512 };
 
 // "baseline", "avx2", "avx512".

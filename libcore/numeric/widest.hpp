@@ -13,7 +13,7 @@ __attribute__((target("avx2,fma"))) void run_avx2(const Body& body) {
   body();
 }
 template <class Body>
-__attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma"))) void run_avx512(const Body& body) {
+__attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi2"))) void run_avx512(const Body& body) {
   body();
 }
 #define TRIAD_INLINE_BODY __attribute__((always_inline))

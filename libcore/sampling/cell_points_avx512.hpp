@@ -13,15 +13,17 @@ namespace triad::avx512 {
 
 inline constexpr size_t kTogether = 16;  // samples
 
-// A pixel's, on a film of cells.
-struct CellPixel {
-  int32_t x, y;
-  uint32_t seed_x, seed_y;  // of its scrambling
+// On a film of cells.
+struct CellPixels {
+  size_t n;
+  const int32_t *x, *y;
+  const uint32_t *seed_x, *seed_y;  // of their scrambling
 };
 
-// Sets x, y, pixel_x and pixel_y of the requests of a pixel, a multiple of kTogether, and their cells in it, from
-// their points after owen_scramble_start(), in reverse order. Only where cpu_can_run(CpuPath::kAvx512).
-void place_in_cells(const CellPixel& pixel, const CellSide& across, const CellSide& down, const uint32_t* start_x,
+// Sets all but the seeds of the requests of n pixels, of each the same multiple of kTogether, and their cells in it,
+// from their points after owen_scramble_start(), in reverse order; and of a pixel's first request it takes footprint_px
+// and index. Strata that are told apart are a power of 2. Only where cpu_can_run(CpuPath::kAvx512).
+void place_in_cells(const CellPixels& pixels, const CellSide& across, const CellSide& down, const uint32_t* start_x,
                     const uint32_t* start_y, std::span<SampleRequest> requests, uint32_t* cell);
 
 }  // namespace triad::avx512

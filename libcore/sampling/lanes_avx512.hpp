@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <triad/sampling/request_members.hpp>
 
-#define TRIAD_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")))
+#define TRIAD_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi2")))
 // (GCC 12 warns of values in its own header that are left open on purpose: its bug 105593.)
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
