@@ -5,11 +5,12 @@
 #include <triad/base/parallel.hpp>
 #include <triad/sampling/cell_passes.hpp>
 #include <triad/sampling/cell_sums.hpp>
+#include <triad/sampling/passes.hpp>
 
 namespace triad {
 namespace {
 
-constexpr uint32_t kSecondPass = 16;      // samples per pixel after the second of all passes
+constexpr uint32_t kSecondPass = Passes::kSecondPass;
 constexpr uint32_t kMostSoon = 64;        // that a tile takes at once where there is time
 constexpr uint32_t kMostTogether = 4096;  // of one pixel in a batch, which stays below a megabyte so
 
@@ -28,14 +29,17 @@ class CellPasses::Queue {
         samples_(batch_.most()) {}
   bool is_for(uint32_t first, uint32_t past) const { return batch_.first() == first && batch_.past() == past; }
 
-  // False: the render was stopped.
-  bool add(int x, int y) {
-    batch_.add(x, y);
-    return !batch_.full() || flush();
-  }
-  bool add_row(int x0, int x1, int y) {
-    for (int x = x0; x < x1; ++x)
-      if (!add(x, y)) return false;
+  // Of pixels in a row. False: the render was stopped.
+  bool add(int x0, int x1, int y) {
+    const Film& film = taker_.film();
+    for (int x = x0; x < x1;) {
+      const size_t n = std::min(batch_.room(), static_cast<size_t>(x1 - x));
+      for (int row = 0; row < cells_.y; ++row)
+        film.expect(film.pixel(x * cells_.x, y * cells_.y + row), n * static_cast<size_t>(cells_.x));
+      batch_.add(x, y, n);
+      if (batch_.room() == 0 && !flush()) return false;
+      x += static_cast<int>(n);
+    }
     return true;
   }
   bool flush() {
@@ -124,8 +128,10 @@ bool CellPasses::take(uint32_t first, uint32_t past, std::span<const size_t> lis
   parallel_for(static_cast<int64_t>((list.size() + at_once - 1) / at_once), [&](int64_t group) {
     QueueInUse queue(*this, first, past);
     const size_t begin = static_cast<size_t>(group) * at_once, width = static_cast<size_t>(width_);
-    for (const size_t p : list.subspan(begin, std::min(at_once, list.size() - begin)))
-      if (!queue->add(static_cast<int>(p % width), static_cast<int>(p / width))) return;
+    for (const size_t p : list.subspan(begin, std::min(at_once, list.size() - begin))) {
+      const int x = static_cast<int>(p % width);
+      if (!queue->add(x, x + 1, static_cast<int>(p / width))) return;
+    }
     queue->flush();
   });
   return !taker_.stopped();
@@ -135,7 +141,7 @@ bool CellPasses::take_tile(int64_t number, int first_row, uint32_t first, uint32
   QueueInUse queue(*this, first, past);
   const Rows rows = tile(number);
   for (int y = rows.y0 + first_row; y < rows.y1; ++y)
-    if (!queue->add_row(rows.x0, rows.x1, y)) return false;
+    if (!queue->add(rows.x0, rows.x1, y)) return false;
   return queue->flush();
 }
 
@@ -148,7 +154,7 @@ CellPasses::AtOnce CellPasses::take_tile_soon(int64_t number, uint32_t spp, cons
     // To look at the clock costs as much as five samples: that is done after 1, 2, 4 and so on rows.
     for (int y = rows.y0, next = y; y < rows.y1 && (y < next || in_time()); ++y, ++done.rows) {
       if (y == next) next = rows.y0 + std::max(1, 2 * (y - rows.y0));
-      if (!queue->add_row(rows.x0, rows.x1, y)) return done;
+      if (!queue->add(rows.x0, rows.x1, y)) return done;
     }
     if (!queue->flush()) return done;
   }

@@ -45,12 +45,14 @@ class CellBatch {
   size_t per_pixel() const { return per_pixel_; }
   size_t pixels() const { return pixels_; }
   size_t most() const { return requests_.size(); }  // samples that it has when full
-  bool full() const { return pixels_ == pixel_x_.size(); }
+  size_t room() const { return pixel_x_.size() - pixels_; }  // for pixels
   void clear() { pixels_ = 0; }
-  // Not to a full one.
-  void add(int x, int y) {
-    pixel_x_[pixels_] = x;
-    pixel_y_[pixels_++] = y;
+  // n pixels of a row, for which there is room.
+  void add(int x, int y, size_t n = 1) {
+    for (size_t i = 0; i < n; ++i) {
+      pixel_x_[pixels_] = x + static_cast<int>(i);
+      pixel_y_[pixels_++] = y;
+    }
   }
 
   // Sets the requests, which carry the keys of the display pixels, and their cells.

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <triad/numeric/widest.hpp>
 #include <triad/sampling/cell_sums.hpp>
+#include <triad/sampling/passes.hpp>
 #include <triad/sampling/sobol.hpp>
 
 namespace triad {
@@ -17,7 +18,6 @@ typedef float EightFloats __attribute__((vector_size(32)));
 typedef double Eight __attribute__((vector_size(64)));
 
 constexpr size_t kMostSums = 64;      // cells of a pixel that are gone through for its samples
-constexpr size_t kAhead = 4;          // pixels between asking for their place on the film and using it
 constexpr size_t kMostFew = 16;       // cells, so that a few samples go into the film together
 constexpr uint32_t kFewSamples = 16;  // of a pixel that come in one batch, or in two with the first of all alone
 
@@ -40,8 +40,8 @@ class Adder {
     return together > 0 && (sums_ <= kMostFew || (sums_ <= kMostSums && sums_ < 2 * together));
   }
 
-  // For a film that keeps sums, of kSums cells, or with 0 of any number. For a known number there are sums of its own
-  // for every other sample, which wait for each other half as long.
+  // For a film that keeps sums, of kSums cells, or with 0 of any number. For a known number samples of even and of odd
+  // index have sums of their own, which wait for each other half as long.
   template <bool kHalves, size_t kSums>
   TRIAD_INLINE_BODY void by_pixels() {
     constexpr size_t kSets = kSums > 0 ? 2 : 1, kMost = kSums > 0 ? kSums : kMostSums;
@@ -55,51 +55,67 @@ class Adder {
       if constexpr (kHalves)
         for (size_t c = 0; c < sums; ++c) half[c] = Four{};
     };
-    // Colour and 1 of sample i, and of the next if there is one.
-    const auto add = [&](size_t i, const EightInts& bits, bool pair) TRIAD_INLINE_BODY {
+    const auto join_sets = [&]() TRIAD_INLINE_BODY {
+      if constexpr (kSets > 1)
+        for (size_t c = 0; c < sums; ++c) sum[c] += sum[kMost + c];
+    };
+    // Colours and ones of sample i, of even index, and of the next.
+    const auto add_pair = [&](size_t i, const EightInts& bits) TRIAD_INLINE_BODY {
       Eight x;
       to_colours_and_ones(bits, x);
       const Four even = __builtin_shufflevector(x, x, 0, 1, 2, 3), odd = __builtin_shufflevector(x, x, 4, 5, 6, 7);
       sum[cells_[i]] += even;
-      if (pair) sum[(kSets - 1) * kMost + cells_[i + 1]] += odd;
+      sum[(kSets - 1) * kMost + cells_[i + 1]] += odd;
       if constexpr (kHalves) {
         if (sobol_half(requests_[i].index)) half[cells_[i]] += even;
-        if (pair && sobol_half(requests_[i + 1].index)) half[cells_[i + 1]] += odd;
+        if (sobol_half(requests_[i + 1].index)) half[cells_[i + 1]] += odd;
       }
+    };
+    const auto add_one = [&](size_t i, const EightInts& bits) TRIAD_INLINE_BODY {
+      Eight x;
+      to_colours_and_ones(bits, x);
+      const Four one = __builtin_shufflevector(x, x, 0, 1, 2, 3);
+      sum[(requests_[i].index % 2 == 1 ? (kSets - 1) * kMost : 0) + cells_[i]] += one;
+      if constexpr (kHalves)
+        if (sobol_half(requests_[i].index)) half[cells_[i]] += one;
     };
     for (size_t k = 0; k < batch_.pixels(); ++k) {
       const size_t begin = k * per_pixel, second = begin + alone, past = begin + per_pixel;
-      if (k + kAhead < batch_.pixels()) expect(k + kAhead);
+      if constexpr (kSums == 3 && !kHalves)
+        if (columns == kSums && batch_.first() % 2 == 0 &&
+            film_.add_to_three(first_cell(k), samples_.subspan(begin, per_pixel), &cells_[begin], alone))
+          continue;
       if (alone && !few) by_itself(k, begin);
       clear();
       EightInts all{-1, -1, -1, -1, -1, -1, -1, -1};
       size_t i = second;
       EightInts bits;
+      const auto add_next = [&]() TRIAD_INLINE_BODY {
+        load(i, i, bits);
+        all &= bits;
+        add_one(i++, bits);
+      };
+      if (i < past && requests_[i].index % 2 == 1) add_next();
       for (; i + 1 < past; i += 2) {
         load(i, i + 1, bits);
         all &= bits;
-        add(i, bits, true);
+        add_pair(i, bits);
       }
-      if (i < past) {
-        load(i, i, bits);
-        all &= bits;
-        add(i, bits, false);
-      }
+      if (i < past) add_next();
+      join_sets();
       Four total{};
-      for (size_t c = 0; c < sums; ++c) {
-        if constexpr (kSets > 1) sum[c] += sum[kMost + c];
-        total += sum[c];
-      }
+      for (size_t c = 0; c < sums; ++c) total += sum[c];
       // What is not finite stays so in a sum, and finite floats have a finite one.
       if ((all[3] & all[7] & kValid) == 0 || !std::isfinite(total[0] + total[1] + total[2])) {
         clear();
         for (i = second; i < past; ++i) {
           load(i, i, bits);
           if (usable(samples_[i]))
-            add(i, bits, false);
+            add_one(i, bits);
           else
             leave_out(k, i);
         }
+        join_sets();
       }
       // The film would keep the very first as it is, and add the others to it.
       if (alone && few) {
@@ -155,11 +171,6 @@ class Adder {
   TRIAD_INLINE_BODY size_t first_cell(size_t pixel) const {
     return film_.pixel(batch_.pixel_x(pixel) * columns_, batch_.pixel_y(pixel) * rows_);
   }
-  TRIAD_INLINE_BODY void expect(size_t pixel) const {
-    const size_t first = first_cell(pixel);
-    film_.expect(first);
-    film_.expect(first + static_cast<size_t>(columns_ - 1));
-  }
   struct Place {
     int x, y;
   };
@@ -208,11 +219,13 @@ void add_by_pixels(Adder& adder, const Film& film) {
 
 Film::Holds film_for_cells(const Cells& cells, uint32_t spp) {
   const auto n = static_cast<size_t>(cells.x * cells.y);
-  return n > 1 && n <= kMostFew && spp <= kFewSamples ? Film::Holds::kFew : Film::Holds::kMany;
+  if (n == 1) return Passes::film_holds(spp);
+  return n <= kMostFew && spp <= kFewSamples ? Film::Holds::kFew : Film::Holds::kMany;
 }
 
 bool take_into_cells(SampleTaker& taker, const Cells& cells, CellBatch& batch, std::span<Sample> samples) {
   samples = samples.first(batch.requests().size());
+  if (cells.x * cells.y == 1) return taker.add(batch.requests(), samples);  // plain antialiasing
   return taker.ask_once(batch.requests(), samples, [&] {
     Adder adder(taker, cells, batch, samples);
     const Film& film = taker.film();

@@ -9,6 +9,7 @@
 #include <triad/base/parallel.hpp>
 #include <triad/base/text.hpp>
 #include <triad/numeric/widest.hpp>
+#include <triad/sampling/cell_sums_avx512.hpp>
 #include <triad/sampling/film.hpp>
 #include <triad/sampling/hot_avx512.hpp>
 #include <triad/sampling/sobol.hpp>
@@ -394,6 +395,19 @@ std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span
     run_widest([&]() TRIAD_INLINE_BODY { add_runs<Keeps::kColour>(requests, samples, each, left_out); });
   }
   return left_out;
+}
+
+bool Film::add_to_three([[maybe_unused]] size_t first, [[maybe_unused]] std::span<const Sample> samples,
+                        [[maybe_unused]] const uint32_t* of_three, [[maybe_unused]] bool first_alone) {
+#if defined(__x86_64__)
+  static_assert(offsetof(Colour, count) == 6 * sizeof(double) && sizeof(Colour) == 7 * sizeof(double));
+  if (!wide_ || !colour_only_ || planes_.error) return false;
+  if (holds_ == Holds::kFew)
+    return avx512::put_few_in_three(few_[first].rgb.data(), samples.data(), of_three, samples.size(), first_alone);
+  if (holds_ == Holds::kMany)
+    return avx512::add_to_three(colour_[first].sum.data(), samples.data(), of_three, samples.size(), first_alone);
+#endif
+  return false;
 }
 
 bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {

@@ -100,6 +100,11 @@ class Film {
   // sobol_half() is 1 by themselves, too.
   TRIAD_INLINE_BODY void add_sum(size_t pixel, const SampleSum& samples);
   TRIAD_INLINE_BODY void add_half_sum(size_t pixel, const SampleSum& samples);
+  // n samples, n > first_alone, each in the pixel that `of_three` says, 0, 1 or 2, out of three in a row: as if those in
+  // one pixel were summed and added by add_sum(), and with first_alone, if it is the very first of all three, the first
+  // one by itself. False, and nothing was added, if that cannot be done here and now: only some processors do it,
+  // without planes().error, and where all are valid and finite.
+  bool add_to_three(size_t first, std::span<const Sample> samples, const uint32_t* of_three, bool first_alone);
   // Counts one that is not kept.
   void leave_out(size_t pixel);
   uint32_t count(size_t pixel) const {

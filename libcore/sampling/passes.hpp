@@ -66,6 +66,10 @@ class Passes {
 
   // What the first two passes of these come to; a pixel has its samples to there at once, or the first alone before.
   static constexpr uint32_t kSecondPass = 16;
+  // What they need of a film.
+  static constexpr Film::Holds film_holds(uint32_t spp) {
+    return spp == 1 ? Film::Holds::kOneEach : spp <= kSecondPass ? Film::Holds::kFew : Film::Holds::kMany;
+  }
   // All passes of spp samples in each pixel: to 1 of each, 16, 32, 64 and so on, so that there is soon something to
   // see, and no pass is so small that walking through the film costs more than its samples. While options.soon_s have
   // not gone by, a row of a tile takes its samples to 16 at once; if all do, that was the first pass.

@@ -13,12 +13,7 @@ class PointStrategy : public StrategyBase {
  public:
   using StrategyBase::StrategyBase;
   uint64_t most_samples(int width, int height) const override;
-  Film::Holds film_holds() const override {
-    const uint32_t spp = samples_per_pixel();
-    return spp == 1                     ? Film::Holds::kOneEach
-           : spp <= Passes::kSecondPass ? Film::Holds::kFew
-                                        : Film::Holds::kMany;
-  }
+  Film::Holds film_holds() const override { return Passes::film_holds(samples_per_pixel()); }
   RenderResult render(const Source& source, const RenderOptions& options) const override;
 
  protected:

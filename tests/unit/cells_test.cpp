@@ -344,7 +344,7 @@ TEST(Cells, PointsArePlacedTheSameInBatchesOfAnySize) {
       const PixelPoints points(PixelPoints::Kind::kSobol, spp);
       const CellPoints in_cells(points, cells);
       CellBatch whole(in_cells, spp - 16, spp, .25f, 7), part(in_cells, spp - 16, spp - 1, .25f, 7);
-      while (!whole.full() && !part.full())
+      while (whole.room() > 0 && part.room() > 0)
         for (CellBatch* each : {&whole, &part}) each->add(3 + static_cast<int>(each->pixels()) * 1001, 70'000);
       whole.place();
       part.place();

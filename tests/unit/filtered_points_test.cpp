@@ -247,7 +247,7 @@ TEST(FilteredPoints, EndEarlyWithTheWholePictureCovered) {
     const RenderResult result = make_strategy(text, "")->render(flat, options);
     set_thread_limit(0);
     EXPECT_FALSE(result.complete);
-    EXPECT_LT(result.samples, 60'000u) << text;  // in batches of 512
+    EXPECT_LT(result.samples, 110'000u) << text;  // in batches of 1024
     for (size_t p = 0; p < result.film.pixels(); ++p) ASSERT_NEAR(result.mean(p)[2], 3, 2e-6) << text;
   }
 }
