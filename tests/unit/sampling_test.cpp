@@ -166,7 +166,7 @@ TEST(Strategy, SameBitsForAnyThreadsAndTiles) {
 }
 
 TEST(Strategy, AQuickSourceIsSpared) {
-  constexpr int kWidth = 40, kHeight = 30, kSlowRow = 20;
+  constexpr int kWidth = 40, kHeight = 30, kSlowRow = 10;  // the clock is looked at above row 16
   constexpr uint64_t kPixels = kWidth * kHeight;
   std::atomic<bool> slept = false;
   const FunctionSource source(kWidth, kHeight, [&](const SampleRequest& r) {
