@@ -88,10 +88,12 @@ struct ZeroPageAllocator {
 
  private:
   static constexpr size_t kPage_bytes = size_t{1} << 21;
-  // 0: few enough for the heap.
+  // 0: few enough for the heap. What is left beyond whole huge pages is in small ones if it is less than half of one,
+  // for which the system would have to clear all of it.
   static size_t mapped_bytes(size_t n) {
-    const size_t bytes = n * sizeof(T);
-    return bytes < kPage_bytes ? 0 : (bytes + kPage_bytes - 1) / kPage_bytes * kPage_bytes;
+    constexpr size_t kSmall_bytes = size_t{1} << 16;  // a multiple of the pages of any system
+    const size_t bytes = n * sizeof(T), unit = bytes % kPage_bytes < kPage_bytes / 2 ? kSmall_bytes : kPage_bytes;
+    return bytes < kPage_bytes ? 0 : (bytes + unit - 1) / unit * unit;
   }
 };
 

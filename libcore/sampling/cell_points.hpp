@@ -2,7 +2,9 @@
 // The points of display pixels in batches: where they lie on a film of fine cells, and in which cell.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <triad/sampling/cell_strata.hpp>
 #include <triad/sampling/source.hpp>
@@ -49,10 +51,9 @@ class CellBatch {
   void clear() { pixels_ = 0; }
   // n pixels of a row, for which there is room.
   void add(int x, int y, size_t n = 1) {
-    for (size_t i = 0; i < n; ++i) {
-      pixel_x_[pixels_] = x + static_cast<int>(i);
-      pixel_y_[pixels_++] = y;
-    }
+    std::iota(pixel_x_.begin() + static_cast<ptrdiff_t>(pixels_), pixel_x_.begin() + static_cast<ptrdiff_t>(pixels_ + n), x);
+    std::fill_n(pixel_y_.begin() + static_cast<ptrdiff_t>(pixels_), n, y);
+    pixels_ += n;
   }
 
   // Sets the requests, which carry the keys of the display pixels, and their cells.
