@@ -10,9 +10,9 @@
 #include <span>
 #include <string>
 #include <triad/image/image.hpp>
-#include <triad/numeric/huge_pages.hpp>
 #include <triad/numeric/sum.hpp>
 #include <triad/numeric/widest.hpp>
+#include <triad/numeric/zero_pages.hpp>
 #include <triad/sampling/source.hpp>
 #include <vector>
 
