@@ -220,7 +220,9 @@ void add_by_pixels(Adder& adder, const Film& film) {
 Film::Holds film_for_cells(const Cells& cells, uint32_t spp) {
   const auto n = static_cast<size_t>(cells.x * cells.y);
   if (n == 1) return Passes::film_holds(spp);
-  return n <= kMostFew && spp <= kFewSamples ? Film::Holds::kFew : Film::Holds::kMany;
+  return n <= kMostFew && spp <= kFewSamples ? Film::Holds::kFew
+         : spp <= Film::kMostSome            ? Film::Holds::kSome
+                                             : Film::Holds::kMany;
 }
 
 bool take_into_cells(SampleTaker& taker, const Cells& cells, CellBatch& batch, std::span<Sample> samples) {

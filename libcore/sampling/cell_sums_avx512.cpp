@@ -129,33 +129,38 @@ TRIAD_AVX512 bool put_few_in_three(float* records, const Sample* samples, const 
 
 TRIAD_AVX512 bool add_to_three(double* records, const Sample* samples, const uint32_t* cells, size_t n,
                                bool first_alone) {
-  constexpr size_t kRecord = 7;  // three sums, three compensations, and two numbers of 32 bits
-  constexpr __mmask8 kAll = 0x7f, kCount = 0x40;
+  constexpr __mmask8 kCounts = 0x08;
   Sums sums;
   if (!sum(samples, cells, n, first_alone, sums)) return false;
-  __m512d before[kCells];
-  for (size_t c = 0; c < kCells; ++c) before[c] = _mm512_maskz_loadu_pd(kAll, records + kRecord * c);
+  __m256d record[kCells];
+  for (size_t c = 0; c < kCells; ++c) record[c] = _mm256_loadu_pd(records + 4 * c);
   if (first_alone) {
-    const __m512i any = _mm512_or_si512(_mm512_or_si512(_mm512_castpd_si512(before[0]), _mm512_castpd_si512(before[1])),
-                                        _mm512_castpd_si512(before[2]));
-    if (_mm512_mask_test_epi64_mask(kCount, any, any) != 0 || !all_finite(sums.first)) return false;
+    const __m256d any = _mm256_or_pd(_mm256_or_pd(record[0], record[1]), record[2]);
+    if (_mm256_mask_test_epi64_mask(kCounts, _mm256_castpd_si256(any), _mm256_castpd_si256(any)) != 0 ||
+        !all_finite(sums.first))
+      return false;
     for (size_t c = 0; c < kCells; ++c)
-      before[c] = _mm512_mask_add_pd(before[c], sums.with_first[c], before[c], _mm512_castpd256_pd512(sums.first));
+      record[c] = _mm256_mask_add_pd(record[c], sums.with_first[c] & kThree, record[c], sums.first);
   }
   for (size_t c = 0; c < kCells; ++c) {
-    // Knuth's TwoSum.
-    const __m256d old = _mm512_castpd512_pd256(before[c]), x = sums.of[c].rgb;
-    const __m256d after = _mm256_add_pd(old, x), came = _mm256_sub_pd(after, old);
-    const __m256d error = _mm256_add_pd(_mm256_sub_pd(old, _mm256_sub_pd(after, came)), _mm256_sub_pd(x, came));
-    const __m512i to_compensations = _mm512_setr_epi64(7, 7, 7, 0, 1, 2, 7, 7);  // 7: nothing
-    const __m512d errors =
-        _mm512_permutexvar_pd(to_compensations, _mm512_maskz_mov_pd(kThree, _mm512_castpd256_pd512(error)));
-    __m512d record = _mm512_add_pd(before[c], errors);
-    record = _mm512_mask_mov_pd(record, kThree, _mm512_castpd256_pd512(after));
-    const __m512i counts = _mm512_add_epi64(_mm512_castpd_si512(before[c]), _mm512_set1_epi64(sums.of[c].count));
-    record = _mm512_mask_mov_pd(record, kCount, _mm512_castsi512_pd(counts));
-    _mm512_mask_storeu_pd(records + kRecord * c, kAll, record);
+    const __m256i all = _mm256_castpd_si256(_mm256_mask_add_pd(record[c], kThree, record[c], sums.of[c].rgb));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(records + 4 * c),
+                        _mm256_mask_add_epi64(all, kCounts, all, _mm256_set1_epi64x(sums.of[c].count)));
   }
+  return true;
+}
+
+TRIAD_AVX512 bool sums_of_three(const Sample* samples, const uint32_t* cells, size_t n, bool first_alone, void* sums,
+                                void* first) {
+  constexpr __mmask8 kFourth = 0x08;
+  const auto store = [](const __m256d& rgb, uint32_t count, void* to) TRIAD_AVX512 {
+    _mm256_storeu_pd(static_cast<double*>(to), _mm256_mask_mov_pd(rgb, kFourth, _mm256_set1_pd(count)));
+  };
+  Sums each;
+  if (!sum(samples, cells, n, first_alone, each) || (first_alone && !all_finite(each.first))) return false;
+  if (first_alone) store(each.first, 1, first);
+  for (size_t c = 0; c < kCells; ++c)
+    store(each.of[c].rgb, each.of[c].count - (first_alone && cells[0] == c), static_cast<double*>(sums) + 4 * c);
   return true;
 }
 

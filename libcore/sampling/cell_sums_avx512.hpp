@@ -18,8 +18,12 @@ namespace triad::avx512 {
 // are its sum. False, and nothing was changed: a sample is not valid or not finite, or there was something.
 bool put_few_in_three(float* records, const Sample* samples, const uint32_t* cells, size_t n, bool first_alone);
 
-// The same for a film of many, to what there is: three sums, three compensations, and 32 bits each how many samples they
-// are of and how many were left out. The very first of all comes to cells without any, and before the others.
+// The same for a film of some, to what there is: three sums, and 32 bits each how many samples they are of and how many
+// were left out. The very first of all comes to cells without any, and before the others.
 bool add_to_three(double* records, const Sample* samples, const uint32_t* cells, size_t n, bool first_alone);
+
+// The sums of each cell, three and how many samples they are of, all doubles; with `first_alone` without the first one,
+// which `first` is then. False: a sample is not valid or not finite.
+bool sums_of_three(const Sample* samples, const uint32_t* cells, size_t n, bool first_alone, void* sums, void* first);
 
 }  // namespace triad::avx512

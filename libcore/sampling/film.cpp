@@ -115,6 +115,8 @@ Film::Film(int width, int height, const FilmPlanes& planes, Holds holds)
   holds_ = colour_only_ && !planes.error ? holds : Holds::kMany;
   if (holds_ == Holds::kMany)
     colour_.resize(n);
+  else if (holds_ == Holds::kSome)
+    some_.resize(n);
   else if (holds_ == Holds::kFew)
     few_.resize(n);
   else
@@ -181,6 +183,15 @@ bool Film::add_one(size_t pixel, const Sample& sample) {
   one = {{One::kLeftOut, 0, 0}};
   if (kept)
     for (size_t c = 0; c < 3; ++c) one.rgb[c] = std::bit_cast<uint32_t>(sample.rgb[c]) ^ One::kNothing;
+  return kept;
+}
+
+bool Film::add_some(size_t pixel, const Sample& sample) {
+  Some& some = some_[pixel];
+  if (some.count + some.left_out == kMostSome) throw_internal("a film of some samples a pixel was given more");
+  const bool kept = sample.valid && finite(sample.rgb);
+  ++(kept ? some.count : some.left_out);
+  if (kept) add_to(some.sum, sample.rgb);
   return kept;
 }
 
@@ -387,6 +398,9 @@ std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span
       add_runs<Keeps::kFew>(requests.subspan(done), samples.subspan(done), each, left_out);
     });
     for (size_t& i : left_out) i += done;
+  } else if (holds_ == Holds::kSome) {
+    for (size_t i = 0; i < samples.size(); ++i)
+      if (!add_some(pixel(requests[i].pixel_x, requests[i].pixel_y), samples[i])) left_out.push_back(i);
   } else if (!colour_only_) {
     add_runs<Keeps::kMore>(requests, samples, each, left_out);
   } else if (planes_.error) {
@@ -400,18 +414,26 @@ std::vector<size_t> Film::add(std::span<const SampleRequest> requests, std::span
 bool Film::add_to_three([[maybe_unused]] size_t first, [[maybe_unused]] std::span<const Sample> samples,
                         [[maybe_unused]] const uint32_t* of_three, [[maybe_unused]] bool first_alone) {
 #if defined(__x86_64__)
-  static_assert(offsetof(Colour, count) == 6 * sizeof(double) && sizeof(Colour) == 7 * sizeof(double));
   if (!wide_ || !colour_only_ || planes_.error) return false;
+  const size_t n = samples.size();
   if (holds_ == Holds::kFew)
-    return avx512::put_few_in_three(few_[first].rgb.data(), samples.data(), of_three, samples.size(), first_alone);
-  if (holds_ == Holds::kMany)
-    return avx512::add_to_three(colour_[first].sum.data(), samples.data(), of_three, samples.size(), first_alone);
+    return avx512::put_few_in_three(few_[first].rgb.data(), samples.data(), of_three, n, first_alone);
+  static_assert(offsetof(Some, sum) == 0 && offsetof(Some, count) == 24 && offsetof(Some, left_out) == 28);
+  if (holds_ == Holds::kSome)
+    return avx512::add_to_three(some_[first].sum.data(), samples.data(), of_three, n, first_alone);
+  SampleSum sums[3], one;
+  if (holds_ == Holds::kMany && avx512::sums_of_three(samples.data(), of_three, n, first_alone, sums, &one)) {
+    if (first_alone) add_sum(first + of_three[0], one);
+    for (size_t c = 0; c < 3; ++c) add_sum(first + c, sums[c]);
+    return true;
+  }
 #endif
   return false;
 }
 
 bool Film::add(size_t pixel, uint32_t index, const Sample& sample) {
   if (holds_ == Holds::kOneEach) return add_one(pixel, sample);
+  if (holds_ == Holds::kSome) return add_some(pixel, sample);
   if (holds_ == Holds::kFew) {
     Colour colour = sums_of(few_[pixel]);
     const bool kept = colour.add(sample);
@@ -450,11 +472,12 @@ void Film::add_planes(size_t pixel, uint32_t count, const Sample& sample) {
 }
 
 std::array<double, 3> Film::mean(size_t pixel) const {
-  if (holds_ != Holds::kMany) {
+  if (holds_ == Holds::kFew || holds_ == Holds::kOneEach) {
     const std::array<float, 3> colour = holds_ == Holds::kFew ? few_[pixel].rgb : ones_[pixel].colour();
     return {colour[0], colour[1], colour[2]};
   }
-  const double n = std::max(1u, colour_[pixel].count);
+  const double n = std::max(1u, count(pixel));
+  if (holds_ == Holds::kSome) return {some_[pixel].sum[0] / n, some_[pixel].sum[1] / n, some_[pixel].sum[2] / n};
   return {colour_[pixel].value(0) / n, colour_[pixel].value(1) / n, colour_[pixel].value(2) / n};
 }
 

@@ -59,11 +59,13 @@ struct FilmRows {
 class Film {
  public:
   // How many samples a pixel is given at most. A film that keeps colours only of one each or of a few, up to kMostFew,
-  // is a quarter as large or less, and as much faster to walk through. With one each, a second sample is a defect of the
-  // caller's. Of a few, the mean is rounded to float, as pictures are, whenever some are added: it is rounded once if
-  // all come in one call, or the first alone in one before, and so is the picture that of a film of many, bit for bit.
-  enum class Holds { kMany, kFew, kOneEach };
-  static constexpr uint32_t kMostFew = 16;
+  // is a quarter as large or less, and as much faster to walk through; of some, up to kMostSome, it is half as large.
+  // With one each, a second sample is a defect of the caller's. Of a few, the mean is rounded to float, as pictures are,
+  // whenever some are added: it is rounded once if all come in one call, or the first alone in one before, and so is the
+  // picture that of a film of many, bit for bit. Sums of some are not compensated: they are exact to kMostSome * 2^-53,
+  // or 2^-45, of the sum of the magnitudes, where pictures are to 2^-25.
+  enum class Holds { kMany, kSome, kFew, kOneEach };
+  static constexpr uint32_t kMostFew = 16, kMostSome = 256;
   // Throws as require_film_memory() does, before any memory is taken.
   Film(int width, int height, const FilmPlanes& planes, Holds holds = Holds::kMany);
 
@@ -108,15 +110,17 @@ class Film {
   // Counts one that is not kept.
   void leave_out(size_t pixel);
   uint32_t count(size_t pixel) const {
-    return holds_ == Holds::kMany  ? colour_[pixel].count
-           : holds_ == Holds::kFew ? few_[pixel].count
-                                   : ones_[pixel].is_kept();
+    return holds_ == Holds::kMany   ? colour_[pixel].count
+           : holds_ == Holds::kSome ? some_[pixel].count
+           : holds_ == Holds::kFew  ? few_[pixel].count
+                                    : ones_[pixel].is_kept();
   }
   // How many of the pixel's samples add() left out.
   uint32_t left_out(size_t pixel) const {
-    return holds_ == Holds::kMany  ? colour_[pixel].left_out
-           : holds_ == Holds::kFew ? few_[pixel].left_out
-                                   : ones_[pixel].is_left_out();
+    return holds_ == Holds::kMany   ? colour_[pixel].left_out
+           : holds_ == Holds::kSome ? some_[pixel].left_out
+           : holds_ == Holds::kFew  ? few_[pixel].left_out
+                                    : ones_[pixel].is_left_out();
   }
   // Whether more samples will not help, as far as anybody can tell: there is none, and a few were left out.
   bool has_nothing(size_t pixel) const { return count(pixel) == 0 && left_out(pixel) >= kFewForNothing; }
@@ -158,6 +162,10 @@ class Film {
     // False: it cannot be kept, and was counted only.
     bool add(const Sample& sample);
   };
+  struct Some {
+    std::array<double, 3> sum;
+    uint32_t count, left_out;
+  };
   struct Few {
     std::array<float, 3> rgb;  // mean
     uint16_t count, left_out;
@@ -171,8 +179,9 @@ class Film {
     bool is_left_out() const { return rgb[0] == kLeftOut; }
     bool is_kept() const { return !is_none() && !is_left_out(); }
   };
-  // As holds_ says, one of the three.
+  // As holds_ says, one of the four.
   std::vector<Colour, ZeroPageAllocator<Colour>> colour_;
+  std::vector<Some, ZeroPageAllocator<Some>> some_;
   std::vector<Few, ZeroPageAllocator<Few>> few_;
   std::vector<One, ZeroPageAllocator<One>> ones_;
   struct Half {  // of the samples in half 1
@@ -189,12 +198,14 @@ class Film {
   std::vector<std::array<double, 3>> position_, normal_, albedo_;
   std::vector<uint32_t> object_id_, material_id_;
   TRIAD_INLINE_BODY const char* record(size_t pixel) const {
-    return holds_ == Holds::kMany  ? reinterpret_cast<const char*>(colour_.data() + pixel)
-           : holds_ == Holds::kFew ? reinterpret_cast<const char*>(few_.data() + pixel)
-                                   : reinterpret_cast<const char*>(ones_.data() + pixel);
+    return holds_ == Holds::kMany   ? reinterpret_cast<const char*>(colour_.data() + pixel)
+           : holds_ == Holds::kSome ? reinterpret_cast<const char*>(some_.data() + pixel)
+           : holds_ == Holds::kFew  ? reinterpret_cast<const char*>(few_.data() + pixel)
+                                    : reinterpret_cast<const char*>(ones_.data() + pixel);
   }
   Holds holds_;  // kMany, whatever was asked for, where more than colours are kept
   bool add_one(size_t pixel, const Sample& sample);
+  bool add_some(size_t pixel, const Sample& sample);
   static Colour sums_of(const Few& few);
   static void put_mean(const Colour& colour, Few& few);
   bool add_few(Few& few, std::span<const Sample> samples);
@@ -225,6 +236,19 @@ TRIAD_INLINE_BODY inline void Film::add_sum(size_t pixel, const SampleSum& sampl
   }
   using Four = SampleSum;
   constexpr Four kNothing{};
+  if (holds_ == Holds::kSome) {
+    Some& some = some_[pixel];
+    const uint32_t count = some.count + static_cast<uint32_t>(static_cast<int32_t>(samples[3]));
+    const uint32_t left_out = some.left_out;
+    static_assert(sizeof(Some) == sizeof(Four));
+    Four sum;
+    std::memcpy(&sum, &some, sizeof(sum));
+    sum = __builtin_shufflevector(sum, kNothing, 0, 1, 2, 4) + samples;
+    std::memcpy(static_cast<void*>(&some), &sum, sizeof(sum));
+    some.count = count;
+    some.left_out = left_out;
+    return;
+  }
   Colour& colour = colour_[pixel];
   // A fourth lane of either is what follows in the record: it is stored, too, and then written anew.
   constexpr size_t kThree = 3 * sizeof(double);
@@ -254,6 +278,8 @@ inline void Film::leave_out(size_t pixel) {
     ones_[pixel].rgb[0] = One::kLeftOut;
   else if (holds_ == Holds::kFew)
     ++few_[pixel].left_out;
+  else if (holds_ == Holds::kSome)
+    ++some_[pixel].left_out;
   else
     ++colour_[pixel].left_out;
 }
