@@ -13,12 +13,12 @@ namespace triad {
 namespace {
 
 constexpr size_t kHuge_bytes = size_t{1} << 21, kSmall_bytes = size_t{1} << 16;  // a multiple of any system's pages
-// Of a piece that is kept: what caches hold is cleared soon, and of more the system clears pages on all threads, where
-// they are first touched, sooner than one thread could. And in all.
+// Of a piece that is kept: what caches hold is cleared soon, and of more the system clears pages on all threads,
+// where they are first touched, sooner than one thread could. And in all.
 constexpr size_t kMostEach_bytes = size_t{8} << 20, kMostKept_bytes = 4 * kMostEach_bytes;
 
-// 0: few enough for the heap. What is left beyond whole huge pages is in small ones if it is less than half of one, for
-// which the system would have to clear all of it.
+// 0: few enough for the heap. What is left beyond whole huge pages is in small ones if it is less than half of one,
+// for which the system would have to clear all of it.
 size_t mapped_bytes(size_t bytes) {
   const size_t unit = bytes % kHuge_bytes < kHuge_bytes / 2 ? kSmall_bytes : kHuge_bytes;
   return bytes < kHuge_bytes ? 0 : (bytes + unit - 1) / unit * unit;
@@ -80,8 +80,7 @@ void* take_zero_pages(size_t bytes) {
     return memory;
   }
   // Whole huge pages out of a longer piece; its ends go back.
-  void* const piece =
-      mmap(nullptr, mapped + kHuge_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  void* const piece = mmap(nullptr, mapped + kHuge_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (piece == MAP_FAILED) throw std::bad_alloc();
   const size_t over = reinterpret_cast<uintptr_t>(piece) % kHuge_bytes, head = over == 0 ? 0 : kHuge_bytes - over;
   char* const memory = static_cast<char*>(piece) + head;

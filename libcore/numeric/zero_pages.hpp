@@ -18,8 +18,8 @@ void* take_zero_pages(size_t bytes);
 // `bytes` as when it was taken.
 void give_back_zero_pages(void* memory, size_t bytes) noexcept;
 
-// An allocator for vectors whose elements begin as zero bytes. Only for a vector that is resized once, from empty: room
-// that was used before is not cleared.
+// An allocator for vectors whose elements begin as zero bytes. Only for a vector that is resized once, from empty:
+// room that was used before is not cleared.
 template <class T>
 struct ZeroPageAllocator {
   static_assert(std::is_trivially_copyable_v<T>);

@@ -122,9 +122,9 @@ void CellBatch::place() {
   static const bool by_hand = default_cpu_path() == CpuPath::kAvx512;
   if (by_hand && points_.points_.kind() == PixelPoints::Kind::kSobol && per_pixel_ % avx512::kTogether == 0) {
     run_widest([&]() TRIAD_INLINE_BODY { seed_pixels(); });
-    avx512::place_in_cells(
-        {pixels_, pixel_x_.data(), pixel_y_.data(), pixel_seed_x_.data(), pixel_seed_y_.data()}, points_.across_,
-        points_.down_, start_x_.data(), start_y_.data(), std::span(requests_).first(pixels_ * per_pixel_), cell_.data());
+    avx512::place_in_cells({pixels_, pixel_x_.data(), pixel_y_.data(), pixel_seed_x_.data(), pixel_seed_y_.data()},
+                           points_.across_, points_.down_, start_x_.data(), start_y_.data(),
+                           std::span(requests_).first(pixels_ * per_pixel_), cell_.data());
     return;
   }
 #endif

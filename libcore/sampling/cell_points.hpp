@@ -46,12 +46,13 @@ class CellBatch {
   uint32_t past() const { return first_ + static_cast<uint32_t>(per_pixel_); }
   size_t per_pixel() const { return per_pixel_; }
   size_t pixels() const { return pixels_; }
-  size_t most() const { return requests_.size(); }  // samples that it has when full
+  size_t most() const { return requests_.size(); }           // samples that it has when full
   size_t room() const { return pixel_x_.size() - pixels_; }  // for pixels
   void clear() { pixels_ = 0; }
   // n pixels of a row, for which there is room.
   void add(int x, int y, size_t n = 1) {
-    std::iota(pixel_x_.begin() + static_cast<ptrdiff_t>(pixels_), pixel_x_.begin() + static_cast<ptrdiff_t>(pixels_ + n), x);
+    std::iota(pixel_x_.begin() + static_cast<ptrdiff_t>(pixels_),
+              pixel_x_.begin() + static_cast<ptrdiff_t>(pixels_ + n), x);
     std::fill_n(pixel_y_.begin() + static_cast<ptrdiff_t>(pixels_), n, y);
     pixels_ += n;
   }

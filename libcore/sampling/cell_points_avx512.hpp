@@ -21,8 +21,8 @@ struct CellPixels {
 };
 
 // Sets all but the seeds of the requests of n pixels, of each the same multiple of kTogether, and their cells in it,
-// from their points after owen_scramble_start(), in reverse order; and of a pixel's first request it takes footprint_px
-// and index. Strata that are told apart are a power of 2. Only where cpu_can_run(CpuPath::kAvx512).
+// from their points after owen_scramble_start(), in reverse order; and of a pixel's first request it takes
+// footprint_px and index. Strata that are told apart are a power of 2. Only where cpu_can_run(CpuPath::kAvx512).
 void place_in_cells(const CellPixels& pixels, const CellSide& across, const CellSide& down, const uint32_t* start_x,
                     const uint32_t* start_y, std::span<SampleRequest> requests, uint32_t* cell);
 

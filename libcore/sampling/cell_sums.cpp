@@ -40,8 +40,8 @@ class Adder {
     return together > 0 && (sums_ <= kMostFew || (sums_ <= kMostSums && sums_ < 2 * together));
   }
 
-  // For a film that keeps sums, of kSums cells, or with 0 of any number. For a known number samples of even and of odd
-  // index have sums of their own, which wait for each other half as long.
+  // For a film that keeps sums, of kSums cells, or with 0 of any number. For a known number samples of even and of
+  // odd index have sums of their own, which wait for each other half as long.
   template <bool kHalves, size_t kSums>
   TRIAD_INLINE_BODY void by_pixels() {
     constexpr size_t kSets = kSums > 0 ? 2 : 1, kMost = kSums > 0 ? kSums : kMostSums;

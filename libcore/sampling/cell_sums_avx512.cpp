@@ -11,10 +11,10 @@ namespace triad::avx512 {
 namespace {
 
 constexpr size_t kCells = 3;
-constexpr size_t kTogether = 16;         // samples whose cells are looked at side by side
+constexpr size_t kTogether = 16;                // samples whose cells are looked at side by side
 constexpr __mmask8 kThree = 0x07, kSix = 0x77;  // the colours of a sample and of two
-constexpr uint8_t kOne = 0x0f;           // lanes of the first of two samples
-constexpr uint32_t kInfinite = 0x7ff;    // a double's exponent where it is not finite
+constexpr uint8_t kOne = 0x0f;                  // lanes of the first of two samples
+constexpr uint32_t kInfinite = 0x7ff;           // a double's exponent where it is not finite
 
 static_assert(offsetof(Sample, rgb) == 0 && offsetof(Sample, valid) == 12);
 const float* floats(const Sample& sample) { return reinterpret_cast<const float*>(&sample); }
@@ -26,7 +26,7 @@ struct Sum {
 };
 struct Sums {
   Sum of[kCells];
-  __m256d first;         // colour that is left out of the sums, though counted
+  __m256d first;                // colour that is left out of the sums, though counted
   __mmask8 with_first[kCells];  // the lanes of the cell that it is in
 };
 
@@ -36,8 +36,8 @@ TRIAD_AVX512 inline __attribute__((always_inline)) bool all_finite(__m256d x) {
   return _mm256_cmpeq_epi64_mask(exponents, _mm256_set1_epi64x(kInfinite)) == 0;
 }
 
-// Samples of even and of odd index have sums of their own, which wait for each other half as long; the first one is of
-// an even index. False, and they mean nothing, if a sample is not valid or one of the sums is not finite.
+// Samples of even and of odd index have sums of their own, which wait for each other half as long; the first one is
+// of an even index. False, and they mean nothing, if a sample is not valid or one of the sums is not finite.
 TRIAD_AVX512 inline __attribute__((always_inline)) bool sum(const Sample* samples, const uint32_t* cells, size_t n,
                                                             bool first_alone, Sums& sums) {
   __m512d a = _mm512_setzero_pd(), b = a, c = a;
@@ -48,10 +48,9 @@ TRIAD_AVX512 inline __attribute__((always_inline)) bool sum(const Sample* sample
     // Four bytes a sample are its cell, and so four bits of a mask are whether it is that.
     const __m512i fours = _mm512_broadcast_i32x4(_mm_setr_epi8(0, 0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12));
     const auto there = static_cast<__mmask16>(0xffff >> (kTogether - past));
-    const __m512i cell =
-        _mm512_shuffle_epi8(_mm512_mask_loadu_epi32(_mm512_set1_epi32(kCells), there, cells), fours);
+    const __m512i cell = _mm512_shuffle_epi8(_mm512_mask_loadu_epi32(_mm512_set1_epi32(kCells), there, cells), fours);
     alignas(64) uint8_t lanes[kCells][kTogether / 2];
-    const auto look_for = [&](size_t number, uint64_t& in) TRIAD_AVX512 __attribute__((always_inline)) {
+    const auto look_for = [&](size_t number, uint64_t & in) TRIAD_AVX512 __attribute__((always_inline)) {
       const __mmask64 here = _mm512_cmpeq_epi8_mask(cell, _mm512_set1_epi8(static_cast<char>(number)));
       std::memcpy(lanes[number], &here, sizeof(here));
       in += static_cast<uint64_t>(__builtin_popcountll(here));

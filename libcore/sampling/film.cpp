@@ -198,7 +198,7 @@ bool Film::add_some(size_t pixel, const Sample& sample) {
 std::array<float, 3> Film::One::colour() const {
   std::array<float, 3> colour{};
   if (is_kept())
-    for (size_t c = 0; c < 3; ++c) colour[c] = std::bit_cast<float>(rgb[c] ^ kNothing);
+    for (size_t c = 0; c < 3; ++c) colour[c] = 0 + std::bit_cast<float>(rgb[c] ^ kNothing);  // no -0, as in sums
   return colour;
 }
 
@@ -371,7 +371,8 @@ TRIAD_INLINE_BODY inline void Film::add_runs(std::span<const SampleRequest> requ
 }
 
 // The first ones as far as that goes; returns their number.
-size_t Film::add_few_by_hand([[maybe_unused]] const FilmRows& rows, [[maybe_unused]] std::span<const Sample> samples) {
+size_t Film::add_few_by_hand([[maybe_unused]] const FilmRows& rows,
+                             [[maybe_unused]] std::span<const Sample> samples) {
   size_t done = 0;
 #if defined(__x86_64__)
   static_assert(offsetof(Few, rgb) == 0 && offsetof(Few, count) == 12 && offsetof(Few, left_out) == 14);

@@ -58,12 +58,12 @@ struct FilmRows {
 // pixel's samples come and on nothing else. Different threads may add to different pixels at the same time.
 class Film {
  public:
-  // How many samples a pixel is given at most. A film that keeps colours only of one each or of a few, up to kMostFew,
-  // is a quarter as large or less, and as much faster to walk through; of some, up to kMostSome, it is half as large.
-  // With one each, a second sample is a defect of the caller's. Of a few, the mean is rounded to float, as pictures are,
-  // whenever some are added: it is rounded once if all come in one call, or the first alone in one before, and so is the
-  // picture that of a film of many, bit for bit. Sums of some are not compensated: they are exact to kMostSome * 2^-53,
-  // or 2^-45, of the sum of the magnitudes, where pictures are to 2^-25.
+  // How many samples a pixel is given at most. A film that keeps colours only of one each or of a few, up to
+  // kMostFew, is a quarter as large or less, and as much faster to walk through; of some, up to kMostSome, it is half
+  // as large. With one each, a second sample is a defect of the caller's. Of a few, the mean is rounded to float, as
+  // pictures are, whenever some are added: it is rounded once if all come in one call, or the first alone in one
+  // before, and so is the picture that of a film of many, bit for bit. Sums of some are not compensated: they are
+  // exact to kMostSome * 2^-53, or 2^-45, of the sum of the magnitudes, where pictures are to 2^-25.
   enum class Holds { kMany, kSome, kFew, kOneEach };
   static constexpr uint32_t kMostFew = 16, kMostSome = 256;
   // Throws as require_film_memory() does, before any memory is taken.
@@ -87,8 +87,8 @@ class Film {
   // Adds the pixel's sample number `index`. False, and nothing was added, if it is not valid or its colour not
   // finite. (Geometry that is not finite only leaves the geometry's planes as they are.)
   bool add(size_t pixel, uint32_t index, const Sample& sample);
-  // The same, faster, for many samples at once, whose requests say pixels and indices. Returns where in the spans those
-  // stand that were left out.
+  // The same, faster, for many samples at once, whose requests say pixels and indices. Returns where in the spans
+  // those stand that were left out.
   std::vector<size_t> add(std::span<const SampleRequest> requests, std::span<const Sample> samples,
                           const FilmRows& rows = {});
 
@@ -102,10 +102,10 @@ class Film {
   // sobol_half() is 1 by themselves, too.
   TRIAD_INLINE_BODY void add_sum(size_t pixel, const SampleSum& samples);
   TRIAD_INLINE_BODY void add_half_sum(size_t pixel, const SampleSum& samples);
-  // n samples, n > first_alone, each in the pixel that `of_three` says, 0, 1 or 2, out of three in a row: as if those in
-  // one pixel were summed and added by add_sum(), and with first_alone, if it is the very first of all three, the first
-  // one by itself. False, and nothing was added, if that cannot be done here and now: only some processors do it,
-  // without planes().error, and where all are valid and finite.
+  // n samples, n > first_alone, each in the pixel that `of_three` says, 0, 1 or 2, out of three in a row: as if those
+  // in one pixel were summed and added by add_sum(), and with first_alone, if it is the very first of all three, the
+  // first one by itself. False, and nothing was added, if that cannot be done here and now: only some processors do
+  // it, without planes().error, and where all are valid and finite.
   bool add_to_three(size_t first, std::span<const Sample> samples, const uint32_t* of_three, bool first_alone);
   // Counts one that is not kept.
   void leave_out(size_t pixel);

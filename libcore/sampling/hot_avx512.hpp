@@ -19,10 +19,10 @@ namespace triad::avx512 {
 bool add_run(double* sum, bool fresh, const SampleRequest* requests, const Sample* samples, size_t n, double* half,
              uint32_t* in_half);
 
-// Film::add_few() for `each` samples of every one of some pixels in a row, whose records are three floats, a mean, and
-// behind them 16 bits each how many samples it is of and how many were left out. Goes as far as all samples of a pixel
-// are valid and finite, and it had at most one and will have no more than a film of few may; returns how many pixels
-// that is.
+// Film::add_few() for `each` samples of every one of some pixels in a row, whose records are three floats, a mean,
+// and behind them 16 bits each how many samples it is of and how many were left out. Goes as far as all samples of a
+// pixel are valid and finite, and it had at most one and will have no more than a film of few may; returns how many
+// pixels that is.
 size_t add_few(float* records, size_t pixels, const Sample* samples, size_t each);
 
 // What place_sobol_owen() does for sixteen samples of one pixel whose coordinates before the scrambling, in reverse

@@ -62,7 +62,8 @@ TRIAD_AVX512 inline void put_requests(SampleRequest* requests, __m512d x, __m512
   const __m512d even = _mm512_unpacklo_pd(x, y), odd = _mm512_unpackhi_pd(x, y);
   const __m512d even_members = _mm512_castsi512_pd(members.even), odd_members = _mm512_castsi512_pd(members.odd);
   // Two numbers of one and two of the other, for two requests each.
-  const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+  const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11),
+                high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
   const auto put = [requests](size_t i, __m512d both) TRIAD_AVX512 {
     _mm256_storeu_pd(reinterpret_cast<double*>(requests + i), _mm512_castpd512_pd256(both));
     _mm256_storeu_pd(reinterpret_cast<double*>(requests + i + 2), _mm512_extractf64x4_pd(both, 1));

@@ -90,7 +90,8 @@ TRIAD_INLINE_BODY inline void Passes::Queue::put_pattern(Pattern pattern, Sample
   const bool one = pattern.size() == 1;
   const std::array<double, 2>* const places = &pattern[one ? 0 : static_cast<uint32_t>(members[3])];
   Two corner{static_cast<double>(members[1]), static_cast<double>(members[2])};
-  const auto put_next = [&](const std::array<double, 2>& place_in_pixel, const RequestMembers& own) TRIAD_INLINE_BODY {
+  const auto put_next = [&](const std::array<double, 2>& place_in_pixel,
+                            const RequestMembers& own) TRIAD_INLINE_BODY {
     Two place;
     std::memcpy(&place, &place_in_pixel, sizeof(place));
     place += corner;

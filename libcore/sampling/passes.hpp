@@ -19,8 +19,8 @@ namespace triad {
 class Passes {
  public:
   // Sets x and y of requests that share a seed: point number `index` of its pixel. Either they say all else, and
-  // `each` is 0; or there are `each` of every pixel, one pixel after the other, and this does what say_all() does, too.
-  // Pure, any thread.
+  // `each` is 0; or there are `each` of every pixel, one pixel after the other, and this does what say_all() does,
+  // too. Pure, any thread.
   using Place = std::function<void(std::span<SampleRequest>, size_t each)>;
   // Or else where in every pixel its points are, by index, in [0, 1); with a single one, all of them are there.
   using Pattern = std::span<const std::array<double, 2>>;

@@ -18,7 +18,7 @@ class PointStrategy : public StrategyBase {
 
  protected:
   virtual uint32_t samples_per_pixel() const = 0;
-  virtual float footprint_px() const;  // a pixel's share, unless a strategy says otherwise
+  virtual float footprint_px() const;         // a pixel's share, unless a strategy says otherwise
   virtual Passes::Points points() const = 0;  // as long as this lives
 };
 

@@ -84,8 +84,8 @@ TRIAD_INLINE_BODY inline void place_pixels(std::span<const SampleRequest> reques
 
 constexpr auto kNoneAtOnce = [](const SampleRequest&, SobolOwenSeeds, size_t) { return false; };
 
-// put(i, x, y) for each request; or else put_many(first, seeds, i), which may say false, for kMany from there on of the
-// pixel of request `first`. With each > 0 there are so many of every pixel; or else it is looked for.
+// put(i, x, y) for each request; or else put_many(first, seeds, i), which may say false, for kMany from there on of
+// the pixel of request `first`. With each > 0 there are so many of every pixel; or else it is looked for.
 template <bool kOnFilm, class Put, class PutMany>
 TRIAD_INLINE_BODY inline void place_runs(std::span<const SampleRequest> requests, size_t each, const Put& put,
                                          const PutMany& put_many) {
