@@ -12,7 +12,8 @@
 namespace triad {
 namespace {
 
-constexpr size_t kMost = 1024;  // samples asked for at once, or one pixel's if those are more: 34 kB
+constexpr size_t kMost =
+    1024;  // samples asked for at once, or one pixel's if those are more: 145 kB with their places
 constexpr size_t kPacket = 16;  // sources may trace so many rays side by side, and best if there are always as many
 
 constexpr size_t kLanes = 8;  // of vectors; arrays that they go through have whole ones

@@ -217,6 +217,8 @@ void add_by_pixels(Adder& adder, const Film& film) {
 
 }  // namespace
 
+static_assert(kFewSamples == Passes::kSecondPass && kFewSamples <= Film::kMostFew);  // means are rounded once
+
 Film::Holds film_for_cells(const Cells& cells, uint32_t spp) {
   const auto n = static_cast<size_t>(cells.x * cells.y);
   if (n == 1) return Passes::film_holds(spp);

@@ -157,7 +157,8 @@ void Film::add_ones(const FilmRows& rows, std::span<const SampleRequest> request
     // Not as twelve bytes, which would go by way of memory.
     const int64_t two = ((TwoWords)bits)[0];
     std::memcpy(&one.rgb[0], &two, sizeof(two));
-    std::memcpy(&one.rgb[2], &bits[2], sizeof(bits[2]));
+    const int32_t third = bits[2];
+    std::memcpy(&one.rgb[2], &third, sizeof(third));
   };
   const auto pixel_of = [&](size_t i) { return pixel(requests[i].pixel_x, requests[i].pixel_y); };
   if (rows.each == 1) {

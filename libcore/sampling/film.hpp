@@ -93,7 +93,7 @@ class Film {
                           const FilmRows& rows = {});
 
   // Whether it keeps colours, and perhaps their halves, and nothing else. Then samples can be summed before:
-  bool keeps_sums() const { return colour_only_; }
+  bool keeps_sums() const { return colour_only_ && holds_ != Holds::kOneEach; }
   // Whether it rounds means to float.
   bool keeps_means() const { return holds_ == Holds::kFew; }
   // Red, green and blue, and how many samples they are of.

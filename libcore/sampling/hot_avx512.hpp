@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two innermost loops of a render, by hand for processors with AVX-512: a compiler that writes them from plain
+// The innermost loops of a render, by hand for processors with AVX-512: a compiler that writes them from plain
 // vector types takes twice as long for conversions and shuffles. The plain ones beside their callers give the same
 // bits.
 #pragma once

@@ -62,6 +62,7 @@ void Passes::Queue::put(int x, int y, size_t n, uint32_t index, size_t each) {
   const Pattern* const pattern = std::get_if<Pattern>(&passes_.points_);
   if (size_ == 0) {
     each_ = each;
+    rows_.clear();  // here, for what was asked for last may have ended with an exception
   } else if (each_ != each && each_ != 0) {
     if (!pattern) say_all(std::span(requests_).first(size_), each_);
     each_ = 0;
@@ -111,6 +112,7 @@ TRIAD_INLINE_BODY inline void Passes::Queue::put_pattern(Pattern pattern, Sample
 bool Passes::Queue::add_row(int x0, int x1, int y, uint32_t first, uint32_t past) {
   const Film& film = passes_.film();
   const size_t each = past - first;
+  if (each == 0) return true;
   for (int x = x0; x < x1;) {
     // A pixel's samples of one pass are parted in the same way wherever the pixel lies, for the film sums what it is
     // given at once as a whole.
@@ -136,10 +138,7 @@ bool Passes::Queue::flush() {
   const std::span<SampleRequest> asked(requests_.data(), std::exchange(size_, 0));
   if (asked.empty()) return true;
   if (const Place* place = std::get_if<Place>(&passes_.points_)) (*place)(asked, each_);
-  const bool goes_on =
-      passes_.taker_.add(asked, std::span(samples_).first(asked.size()), {each_, rows_}, passes_.weigh_);
-  rows_.clear();
-  return goes_on;
+  return passes_.taker_.add(asked, std::span(samples_).first(asked.size()), {each_, rows_}, passes_.weigh_);
 }
 
 bool Passes::run(int64_t groups, const std::function<void(int64_t, Queue&)>& fill, bool estimate) {

@@ -37,9 +37,9 @@ inline bool same_pixel(const SampleRequest& a, const SampleRequest& b) {
   return pixel_a == pixel_b;
 }
 
-// A batch of pixels one after the other, with `each` samples of every pixel (at least 1), may be said by the first
-// request of each pixel alone. This sets the others' footprint and pixel, which are the first one's, and index, which
-// counts up from there.
+// A batch of pixels one after the other, with `each` samples of every pixel (at least 1, and all complete), may be
+// said by the first request of each pixel alone. This sets the others' footprint and pixel, which are the first
+// one's, and index, which counts up from there.
 void say_all(std::span<SampleRequest> requests, size_t each);
 
 // Scene-linear, BT.709 primaries. A source without geometry leaves the fields after `valid` as they were.
