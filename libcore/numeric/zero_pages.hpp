@@ -13,7 +13,8 @@ namespace triad {
 // Zero bytes, aligned for any type, of which large pieces lie in pages of 2 MB where the system has them. Fresh pages
 // are zero already, and nobody clears them a second time. A piece of a few megabytes that is given back is kept for
 // the next of its size: to clear it takes less than the system takes for fresh pages, which it clears, too, and maps
-// and unmaps; renders of one size after another have films of one size. Throws std::bad_alloc. Thread-safe.
+// and unmaps (up to 8 MB each, 32 MB in all, until the process ends); renders of one size after another have films of
+// one size. Throws std::bad_alloc. Thread-safe.
 void* take_zero_pages(size_t bytes);
 // `bytes` as when it was taken.
 void give_back_zero_pages(void* memory, size_t bytes) noexcept;

@@ -40,7 +40,7 @@ std::vector<std::string> plane_names();
 // The channels of Film::image(), which has no reasons.
 std::vector<std::string> film_channels(const FilmPlanes& planes);
 // Throws Error(kInput) if this machine has not the memory for such a film, and `more_bytes` beside it; then `advice`
-// says what to ask for instead.
+// says what to ask for instead. Counts what a film of many takes; those of few are smaller.
 void require_film_memory(int width, int height, const FilmPlanes& planes, double more_bytes = 0,
                          const std::string& advice = "a smaller --size");
 
@@ -54,16 +54,17 @@ struct FilmRows {
   std::span<const FilmRow> rows{};
 };
 
-// Sums are exact to about 2^-53 of the sum's size (Neumaier's compensation), and depend on the order in which one
-// pixel's samples come and on nothing else. Different threads may add to different pixels at the same time.
+// Sums are exact to about 2^-53 of the sum's size (Neumaier's compensation), unless Holds says otherwise. Their bits
+// depend on the order in which one pixel's samples come and on how they are parted into calls, and on nothing else.
+// Different threads may add to different pixels at the same time.
 class Film {
  public:
-  // How many samples a pixel is given at most. A film that keeps colours only of one each or of a few, up to
-  // kMostFew, is a quarter as large or less, and as much faster to walk through; of some, up to kMostSome, it is half
-  // as large. With one each, a second sample is a defect of the caller's. Of a few, the mean is rounded to float, as
-  // pictures are, whenever some are added: it is rounded once if all come in one call, or the first alone in one
-  // before, and so is the picture that of a film of many, bit for bit. Sums of some are not compensated: they are
-  // exact to kMostSome * 2^-53, or 2^-45, of the sum of the magnitudes, where pictures are to 2^-25.
+  // How many samples a pixel is given at most. A film that keeps colours only takes 12 bytes a pixel of one each,
+  // 16 of a few, up to kMostFew, 32 of some, up to kMostSome, and 56 of many, and is as much faster to walk through.
+  // With one each, a second sample is a defect of the caller's. Of a few, the mean is rounded to float, as pictures
+  // are, whenever some are added: it is rounded once if all come in one call, or the first alone in one before, and
+  // so is the picture that of a film of many, bit for bit. Sums of some are not compensated: they are exact to
+  // kMostSome * 2^-53, or 2^-45, of the sum of the magnitudes, where pictures are to 2^-25.
   enum class Holds { kMany, kSome, kFew, kOneEach };
   static constexpr uint32_t kMostFew = 16, kMostSome = 256;
   // Throws as require_film_memory() does, before any memory is taken.

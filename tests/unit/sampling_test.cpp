@@ -280,6 +280,26 @@ TEST(Strategy, ProgressRisesToOne) {
   EXPECT_EQ(last, 1);
 }
 
+// A thread that goes on after another's batch has failed takes over its queue.
+TEST(Strategy, ErrorsOfTheSourceComeThroughFromAnyBatch) {
+  for (const char* text : {"sobol-owen:spp=1", "sobol-owen:spp=16", "grid:n=2", "cells:spp=16"})
+    for (const int tile : {4, 32})
+      for (int round = 0; round < 40; ++round) {
+        std::atomic<int> asked = 0;
+        const FunctionSource source(160, 120, [&](const SampleRequest&) -> Sample {
+          if (++asked == 500 + 997 * round) throw_input("this one fails");
+          return grey(1);
+        });
+        RenderOptions options;
+        options.tile_px = tile;
+        try {
+          render(text, source, options);
+        } catch (const Error& error) {
+          EXPECT_STREQ(error.what(), "this one fails");
+        }
+      }
+}
+
 TEST(Strategy, ErrorsOfTheSourceComeThrough) {
   const FunctionSource source(40, 40, [](const SampleRequest& r) -> Sample {
     if (r.pixel_x == 17) throw_input("the lamp is broken");
